@@ -174,6 +174,7 @@ class Loads(FolderTest):
                              ({"pressure": 1, "between": ["cube", "floor"]}, ["/water/0/between"]),
                              ({"pressure": 1, "level": 2}, ["/water/0", "either"])):
             self.refused(scene([FLOOR, cube("rigid")], water=[water]), *words)
+        self.refused(scene([FLOOR, cube("rigid")], water=[{"level": 1, "towards": [1, 1, 1]}]), "wets no face")
         done = self.command("run", scene([FLOOR, cube("rigid")], water=[{"pressure": "1/(z-z)"}]))
         self.assertEqual(done.returncode, 1)
         self.assertIn("the water pressure on \"cube\" at 0 s is not finite", done.stderr)
@@ -186,6 +187,37 @@ class Loads(FolderTest):
         summary = self.run_scene(scene([cube("deformable")], stages, quiet_faces=faces,
                                        monitors=[{"name": "m", "block": "cube"}]))
         self.assertLess(abs(summary["monitors"]["m"]["velocity"][2]), 1e-6)
+
+    def test_a_wave_comes_in_at_its_velocity(self):
+        """A free top shows twice the incoming wave: it goes by 2 v0 w sqrt(pi) in the end."""
+        stone = {"stone": {"density": 2400, "young": 3e10, "poisson": 0}}
+        wave = {"formula": ["0", "0", "0.1*exp(-((t-0.015)/0.005)^2)"]}
+        faces = [{"block": "cube", "towards": [0, 0, -1], "velocity": wave}]
+        summary = self.run_scene({**scene([cube("deformable")], [{"analysis": "dynamic", "end_time": 0.035}],
+                                          quiet_faces=faces, gravity=[0, 0, 0],
+                                          monitors=[{"name": "m", "block": "cube", "point": [0.5, 0.5, 1]}]),
+                                  "materials": stone, "time_step": 5e-5})
+        self.near(summary["monitors"]["m"]["displacement"][2], 2 * 0.1 * 0.005 * math.sqrt(math.pi), 1e-3)
+
+    def test_a_float_bobs_on_at_its_height_and_rests_where_it_is_in_balance(self):
+        """0.02 m below its draught, 2 m wide: omega^2 = g / 0.6 m."""
+        def afloat(low, stages):
+            wood = {"wood": {"density": 600, "young": 1e9, "poisson": 0.2}}
+            block = {**cube("rigid", low=(0, 0, low), high=(2, 2, low + 1)), "material": "wood"}
+            return {**scene([block], stages, water=[{"level": 0}], time_step=0.02,
+                            monitors=[{"name": "m", "block": "cube"}]), "materials": wood}
+
+        period = 2 * math.pi / math.sqrt(G / 0.6)
+        summary = self.run_scene(afloat(-0.62, [{"analysis": "dynamic", "end_time": 10.5 * period}]))
+        self.near(summary["monitors"]["m"]["displacement"][2], 0.04, 0.02)
+        self.assertEqual(self.run_scene(afloat(-0.6, STATIC))["stages"][0]["verdict"], "rest")
+        summary = self.run_scene(afloat(-0.63, STATIC))
+        self.near(summary["monitors"]["m"]["displacement"][2], 0.03, 1e-6)
+
+    def test_a_block_whose_loads_cancel_is_no_mechanism(self):
+        load = {"type": "point", "block": "cube", "point": [0.7, 0.65, 3.35], "force": [0, 0, 17799.264]}
+        free = cube("rigid", low=(0.1, 0.2, 3.0), high=(1.3, 1.1, 3.7))
+        self.assertEqual(self.run_scene(scene([FLOOR, free], loads=[load]))["stages"][0]["verdict"], "rest")
 
     def test_a_support_turns(self):
         """A cube sticks to a slowly tilting table until the angle of friction."""

@@ -54,6 +54,8 @@ class StagedWork(FolderTest):
         self.assertEqual(sorted(told["stages"][1]["removed"]), ["roof", "top"])
         self.assertEqual([s["verdict"] for s in told["stages"]], ["rest"] * 3)
         self.assertAlmostEqual(told["monitors"]["ground"]["force"][2], -10000, delta=1e-3)
+        self.assertEqual((told["blocks"]["rigid"], told["blocks"]["absent"]), (1, 3))
+        self.assertAlmostEqual(told["blocks"]["weight"][2], -10000, delta=1e-3)
 
     def test_what_has_come_loose_goes_on_falling(self):
         told = self.summary(self.roof("continue", {"analysis": "dynamic", "duration": 0.2}))
@@ -82,6 +84,13 @@ class StagedWork(FolderTest):
                                                             "ramp": {"by": 0.7, "to": 20}}]))
         self.assertAlmostEqual(told["stages"][1]["load_factor"], 5.6, delta=1e-9)  # 10 kN tan 30 = 5.77 kN
         self.assertEqual(told["stages"][1]["verdict"], "mechanism")
+
+    def test_the_last_factor_is_the_one_that_was_asked_for(self):
+        load = {"type": "point", "block": "cube", "point": [0.5, 0.5, 0.001], "force": [1000, 0, 0]}
+        for by in (5, 2):
+            told = self.summary(scene([GROUND, block("cube", [0, 0, 0], [1, 1, 1])],
+                                      [{"analysis": "static", "loads": [load], "ramp": {"by": by, "to": 3}}]))
+            self.assertEqual((told["stages"][0]["load_factor"], told["stages"][0]["verdict"]), (3, "rest"))
 
     def test_what_does_not_fit_is_told(self):
         for stage, said in (({"relax": 3}, '/stages/0/relax: needs "remove"'),

@@ -101,6 +101,10 @@ TEST_CASE("number, only_in, disc and excavation") {
       {"type", "excavation"}, {"name", "tunnel"}, {"shape", box({1, -1, 1}, {2, 9, 2})}};
   const CutBody body = cut_body({{"body", box({0, 0, 0}, {3, 8, 3})}, {"cuts", {tunnel}}}, "");
   CHECK(in_region(body, "tunnel") == 1);
+  json typo = three;
+  typo["only_in"] = {{{"region", "tunel"}}};
+  CHECK_THROWS_AS(cut_body({{"body", column}, {"cuts", {tunnel, typo}}}, ""),
+                  quoin::scene_file::SceneError);
   CHECK_THAT(volume(body), WithinRel(72, 1e-12));
   for (const CutCell& cell : body.cells) {
     if (cell.region == "tunnel")

@@ -73,14 +73,19 @@ json options_json(const solver::StepOptions& options, int threads) {
           {"threads", threads}};
 }
 
-json blocks_json(const solver::Scene& scene, double time) {
+/// Of the last stage, without what a mechanism has had removed.
+json blocks_json(const SceneFile& file, const RunResult& result) {
+  solver::Scene scene = file.scene_in(result.stages.size() - 1);
+  for (const scene_file::LooseBlock& loose : result.loose) {
+    if (loose.removed) scene.blocks[static_cast<std::size_t>(loose.block)].kind = BlockKind::Absent;
+  }
   int count[5] = {0, 0, 0, 0, 0};
   Vector3 weight = Vector3::Zero();
   for (const solver::Block& block : scene.blocks) {
     ++count[static_cast<int>(block.kind)];
     if (block.kind == BlockKind::Deformable || block.kind == BlockKind::Rigid) {
       weight += block.material.density * geometry::mass_properties(block.body()).volume *
-                scene.gravity.at(time);
+                scene.gravity.at(result.time);
     }
   }
   return {{"deformable", count[0]}, {"rigid", count[1]},  {"fixed", count[2]},
@@ -654,7 +659,7 @@ json summary(const SceneFile& file, const std::string& path, const RunResult& re
           {"verdict", failed.empty() ? "ok" : "failed"},
           {"failures", failed},
           {"options", options_json(file.options, result.threads)},
-          {"blocks", blocks_json(file.scene_in(result.stages.size() - 1), result.time)},
+          {"blocks", blocks_json(file, result)},
           {"stages", stages_json(file, result)},
           {"proof", proof_json(result)},
           {"steps", result.steps},

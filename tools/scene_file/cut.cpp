@@ -141,6 +141,7 @@ class Cutter {
 
   void cut_by(const json& entry) {
     const std::string type = entry["type"];
+    check_regions(entry);
     const Range range(entry);
     if (type == "joint_set") return cut_by_set(entry, range);
     if (type == "excavation") return excavate(entry, range);
@@ -149,6 +150,17 @@ class Cutter {
     std::optional<Disc> disc;
     if (type == "disc") disc = Disc{plane.point, entry["radius"]};
     cut_all(plane, range, disc);
+  }
+
+  /// A region is an excavation above.
+  void check_regions(const json& entry) const {
+    for (const json& range : entry.value("only_in", json::array())) {
+      if (!range.contains("region")) continue;
+      const std::string region = range["region"];
+      if (std::count(body_.joints.begin(), body_.joints.end() - 1, region) == 0) {
+        throw geometry::InputError("only_in: no cut above is named \"" + region + '"');
+      }
+    }
   }
 
   /// Planes at origin + k spacing along the mean normal, each with its own scatter.

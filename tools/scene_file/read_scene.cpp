@@ -971,7 +971,11 @@ class Reader {
     }
     water.wets = [wet = std::move(wet)](int b) { return wet[static_cast<std::size_t>(b)] != 0; };
     water.wets_joint = meant_joints(value, "between", pointer);
+    const std::size_t before = file_.scene.pressure_loads.size();
     append_water(water, laid_joints(), absent_, file_.scene);
+    if (file_.scene.pressure_loads.size() == before && std::ranges::count(absent_, 1) == 0) {
+      throw SceneError(pointer, "wets no face of a block that can move");
+    }
   }
 
   std::shared_ptr<const solver::PressureField> water_pressure(const json& value,

@@ -69,16 +69,18 @@ void StagedWork::begin_stage(const Stage& stage) {
   if (stage.relax > 0) *share_ = 1.0 - 1.0 / stage.relax;
   if (!(stage.ramp_to > 0.0)) return;
   ramps_ = true;
-  *share_ = stage.ramp_by;
+  *share_ = std::min(stage.ramp_by, stage.ramp_to);
 }
 
 bool StagedWork::next_share(const Stage& stage) {
   constexpr double kRounding = 1e-9;  // of a part
   const bool relaxes = stage.relax > 0;
-  const double by = relaxes ? -1.0 / stage.relax : stage.ramp_by;
-  const double next = *share_ + by;
-  if (relaxes ? *share_ <= 0.0 : !(next <= stage.ramp_to + kRounding * by)) return false;
-  *share_ = relaxes && next < kRounding * -by ? 0.0 : next;
+  const double by = relaxes ? 1.0 / stage.relax : stage.ramp_by;
+  const double left = relaxes ? *share_ : stage.ramp_to - *share_;
+  if (!(left > kRounding * by)) return false;
+  const bool last = left <= (1.0 + kRounding) * by;
+  if (last) *share_ = relaxes ? 0.0 : stage.ramp_to;
+  if (!last) *share_ += relaxes ? -by : by;
   return true;
 }
 

@@ -345,13 +345,22 @@ EquilibriumVerdict together(EquilibriumVerdict one, EquilibriumVerdict other) {
 
 std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& state) {
   std::vector<Vector6> loads(compiled.models.size(), Vector6::Zero());
+  std::vector<double> sizes(loads.size(), 0.0);  // sums of the parts' sizes, N
   for (const int b : compiled.slots.block_of_slot) {
     loads[index(b)].head<3>() =
         compiled.models[index(b)].mass * compiled.scene.gravity.at(state.time);
+    sizes[index(b)] = loads[index(b)].norm();
   }
   for (const PointForce& load : compiled.loads) {
     const Pose now = pose(state.blocks[index(load.block)]);
-    loads[index(load.block)] += load_at(now.shape * load.arm, load.at(now, state.time));
+    const Vector3 force = load.at(now, state.time);
+    loads[index(load.block)] += load_at(now.shape * load.arm, force);
+    sizes[index(load.block)] += force.norm();
+  }
+  for (std::size_t b = 0; b < loads.size(); ++b) {  // what is in balance has rounding left
+    const double arm = compiled.models[b].size;
+    const double rest = loads[b].head<3>().norm() + loads[b].tail<3>().norm() / arm;
+    if (rest <= Equilibrium::kBalanced * sizes[b]) loads[b].setZero();
   }
   return loads;
 }

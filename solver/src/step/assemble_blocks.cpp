@@ -63,7 +63,7 @@ void set_force(const SubStep& step, const StepPoses& poses, BlockTerms& terms) {
     const Matrix3x12 motion =
         mean_motion(poses.start[b], poses.end[b], poses.increment[b].segment<3>(3), load.arm,
                     poses.deforms[b] != 0);
-    terms.force[index(step.slot_of_block[b])] += motion.transpose() * load.at(poses.start[b], time);
+    terms.force[index(step.slot_of_block[b])] += motion.transpose() * force(step, poses, load);
   }
 }
 

@@ -63,10 +63,10 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
     const PointForce& load = step.compiled.loads[index(l)];
     const std::size_t b = index(load.block);
     const Pose &start = poses.start[b], &end = poses.end[b];
-    const Vector3 force = load.at(start, step.load_time());
+    const Vector3 pull = force(step, poses, load);
     const Vector3 way = between(start, end) + (end.shape * load.arm - start.shape * load.arm);
-    energy.load_work += force.dot(way);
-    energy.work_on[index(step.slot_of_block[b])] += force.dot(way);
+    energy.load_work += pull.dot(way);
+    energy.work_on[index(step.slot_of_block[b])] += pull.dot(way);
   }
 }
 

@@ -264,8 +264,8 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.cohesion = mean.cohesion;
 }
 
-/// Static: d, the motion of the step, is held. Dynamic: dashpots to the ground, beside what held
-/// it.
+/// Static: d, the motion of the step, is held. Dynamic: dashpots to a ground with twice the
+/// velocity of the incoming wave [Joyner & Chen 1975], beside what held it.
 void linearise_quiet(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,
                      int number, LinearContact& c) {
   const QuietPoint& quiet = step.compiled.quiet[index(number)];
@@ -276,7 +276,6 @@ void linearise_quiet(const SubStep& step, const BlockTerms& terms, const StepPos
                                       poses.increment[b].segment<3>(3), quiet.arm, deforms),
                    deforms);
   if (!step.dynamic()) return set_stiffness(terms, c);
-  // An incoming wave of velocity v pushes by 2 c v: a free surface would move with 2 v.
   c.offset = -2.0 * step.length * (rows * quiet.velocity.at(step.load_time()));
   c.normal_stiffness = quiet.normal_viscosity / step.length;
   c.shear_stiffness = quiet.shear_viscosity / step.length;

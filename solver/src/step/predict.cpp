@@ -49,6 +49,14 @@ BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t 
   return held ? with_held_strain(model, step.state[block]) : step.state[block];
 }
 
+Vector3 force(const SubStep& step, const StepPoses& poses, const PointForce& load) {
+  const std::size_t b = index(load.block);
+  if (!load.pressure || !step.dynamic()) return load.at(poses.start[b], step.load_time());
+  Vector12 half_way = 0.5 * step.length * velocity_vector(step.state[b]);
+  if (step.compiled.models[b].unknowns == 6) half_way.tail<6>().setZero();
+  return load.at(pose(displaced(step.state[b], half_way)), step.load_time());
+}
+
 void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
   for (const int block : step.island.slots.block_of_slot) {
     const std::size_t b = index(block);

@@ -26,6 +26,10 @@ void place_idle(const CompiledScene& compiled, std::span<const BlockState> state
 /// What a block of a dynamic sub-step sets out with: without strain rate where its strain is held.
 BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t block);
 
+/// Force of a load in the sub-step, N. Water presses where the velocities at its start bring the
+/// block in half of it: where it stands at the start, what floats would bob higher and higher.
+Vector3 force(const SubStep& step, const StepPoses& poses, const PointForce& load);
+
 /// Of the island's blocks, at the start of the sub-step.
 void set_start(const SubStep& step, StepPoses& poses);
 

@@ -154,8 +154,9 @@ struct PressureField {
 };
 
 /// Pressure of water on a convex plane polygon of a block's surface. It acts against the polygon's
-/// normal as the block turns, at the places where the block stands when a (sub-)step begins; the
-/// area stays that of the start. Integrated by triangles, exact where the pressure is linear.
+/// normal as the block turns, at the places where its velocities bring it in half of a dynamic
+/// (sub-)step, or where it stands when a pseudo-step begins; the area stays that of the start.
+/// Integrated by triangles, exact where the pressure is linear.
 struct PressureLoad {
   int block = 0;
   std::vector<Vector3> corners{};  ///< at the start, m, counter-clockwise seen from outside
