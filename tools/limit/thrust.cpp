@@ -123,7 +123,7 @@ Thrust thrust_on(const Scene& scene, const std::string& name, double tolerance) 
     trial.found = solver::find_equilibrium(trial.problem);
     return trial;
   };
-  result.shrink = prove_between(at, kLeastShrink, 1.0, tolerance);
+  result.shrink = prove_between(at, 1.0, kLeastShrink, tolerance);
   return result;
 }
 

@@ -197,10 +197,15 @@ int each(const LimitArguments& arguments) {
   return show(arguments, report, print_blocks, kDone);
 }
 
-json side(const Limit& limit) {
-  using limit_analysis::summary;
-  return {{"stands", summary(limit.stands.get())},
-          {"falls", summary(limit.falls.get())},
+/// `sign`: of the values, -1 where the push was against what is asked for.
+json side(const Limit& limit, double sign) {
+  const auto summary = [&](const std::unique_ptr<limit_analysis::Trial>& trial) {
+    json told = limit_analysis::summary(trial.get());
+    if (trial) told["value"] = sign * trial->value;
+    return told;
+  };
+  return {{"stands", summary(limit.stands)},
+          {"falls", summary(limit.falls)},
           {"why", limit.why.empty() ? json() : json(limit.why)}};
 }
 
@@ -209,21 +214,22 @@ void print_thrust(const json& report) {
               report["scene"].get<std::string>().c_str(),
               report["support"].get<std::string>().c_str(), report["direction"][0].get<double>(),
               report["direction"][1].get<double>(), report["direction"][2].get<double>());
-  const auto print_side = [&](const char* key, const char* title, double sign) {
+  const auto print_side = [&](const char* key, const char* title) {
     for (const auto& [verdict, word] : {std::pair("stands", "admissible"), {"falls", "not"}}) {
       const json& found = report[key][verdict];
       if (found.is_null()) {
         std::printf("  %s: none proved (%s)\n", title, word);
       } else {
-        std::printf("  %s: %s at %.9g\n", title, word, sign * found["value"].get<double>());
+        std::printf("  %s: %s at %.9g\n", title, word, found["value"].get<double>());
       }
     }
   };
-  print_side("least", "least thrust", -1.0);
-  print_side("greatest", "greatest thrust", 1.0);
-  print_side("shrink", "joints shrunk to a share", 1.0);
+  print_side("least", "least thrust");
+  print_side("greatest", "greatest thrust");
+  print_side("shrink", "joints shrunk to a share");
   if (!report["geometric_factor_of_safety"].is_null()) {
-    std::printf("  geometric factor of safety %.6g; the thrust is %s\n",
+    std::printf("  geometric factor of safety %s%.6g; the thrust is %s\n",
+                report["shrink"]["falls"].is_null() ? "at least " : "",
                 report["geometric_factor_of_safety"].get<double>(),
                 report["unique"].get<bool>() ? "unique" : "not unique");
   }
@@ -240,13 +246,15 @@ int thrust(const LimitArguments& arguments) {
     unique = greatest - least <= 4.0 * arguments.tolerance * std::abs(greatest);
   }
   if (found.shrink.stands) factor = 1.0 / found.shrink.stands->value;
+  const bool proved = both && found.shrink.stands && found.least.why.empty() &&
+                      found.greatest.why.empty() && found.shrink.why.empty();
   const json report = {
       {"scene", arguments.scene},
       {"support", arguments.thrust},
       {"direction", std::vector<double>(found.direction.begin(), found.direction.end())},
-      {"least", side(found.least)},
-      {"greatest", side(found.greatest)},
-      {"shrink", side(found.shrink)},
+      {"least", side(found.least, -1.0)},
+      {"greatest", side(found.greatest, 1.0)},
+      {"shrink", side(found.shrink, 1.0)},
       {"geometric_factor_of_safety", factor},
       {"unique", unique}};
   if (!arguments.out.empty()) {
@@ -260,7 +268,7 @@ int thrust(const LimitArguments& arguments) {
     }
     folder.commit(OutputFolder::Checkpoint::Drop);
   }
-  return show(arguments, report, print_thrust, both && found.shrink.stands ? kDone : kFailed);
+  return show(arguments, report, print_thrust, proved ? kDone : kFailed);
 }
 
 /// A path: what the run says stands beside what is proved of its geometries.
