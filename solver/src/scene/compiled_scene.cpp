@@ -602,8 +602,8 @@ PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, 
 /// Where a velocity changes by more than half of its change within ever shorter pieces, s; none:
 /// `to`.
 double jump_within(const VectorOfTime& velocity, double from, double to) {
-  constexpr int kPieces = 4;     // of a smooth one no quarter has nearly all of the change
-  constexpr double kMost = 0.9;  // of the change
+  constexpr int kPieces = 4;          // of a smooth one no quarter has nearly all of the change
+  constexpr double kNearlyAll = 0.9;  // of the change
   constexpr int kHalvings = 32;
   std::array<Vector3, kPieces + 1> values;
   double change = 0.0;
@@ -614,7 +614,7 @@ double jump_within(const VectorOfTime& velocity, double from, double to) {
           (values[static_cast<std::size_t>(k)] - values[static_cast<std::size_t>(k - 1)]).norm();
   }
   for (std::size_t k = 0; k < kPieces; ++k) {
-    const double most = kMost * change;
+    const double most = kNearlyAll * change;
     if (!(change > 0.0) || (values[k + 1] - values[k]).norm() < most) continue;
     double low = from + (to - from) * static_cast<double>(k) / kPieces;
     double high = low + (to - from) / kPieces;
