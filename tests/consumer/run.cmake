@@ -30,7 +30,7 @@ else()
   list(APPEND options -DCMAKE_PREFIX_PATH=${WORK}/prefix -DCMAKE_BUILD_TYPE=Release)
 endif()
 if(SOURCE)  # not optimised, several files at once: it is soon built, and a user may ask for either
-  list(APPEND options -DQUOIN_BUILD_GEOMETRY=OFF -DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON
+  list(APPEND options -DQUOIN_BUILD_GEOMETRY=OFF -DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON -DQUOIN_UNITY_BUILD=ON
     -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
 endif()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/project -B ${WORK}/build
