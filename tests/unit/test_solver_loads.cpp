@@ -60,6 +60,27 @@ Scene uplifted(const Frame& frame, std::function<double(const Vector3&, double)>
   return scene;
 }
 
+/// Cubes of 1 m along x, glued by stiff springs.
+Scene bar(int count, const Material& material) {
+  Scene scene;
+  scene.gravity = Vector3(Vector3::Zero());
+  scene.joint = {
+      .cohesion = 1e9, .tension = 1e9, .normal_stiffness = 1e12, .shear_stiffness = 1e12};
+  for (int i = 0; i < count; ++i) {
+    scene.add_block(geometry::make_box({double(i), 0, 0}, {i + 1.0, 1, 1}), material);
+  }
+  return scene;
+}
+
+/// The face of a box whose normal has this x.
+int face_along(const geometry::Shape& shape, double x) {
+  int face = 0;
+  for (int f = 0; f < shape.topology().face_count(); ++f) {
+    if (x * shape.face_normal(f).x() > 0.9) face = f;
+  }
+  return face;
+}
+
 }  // namespace
 
 TEST_CASE("water under a block takes its pressure off the joint, with its moment") {
@@ -127,23 +148,11 @@ TEST_CASE("a wave leaves a bar by its quiet face") {
   constexpr int kCount = 30, kPulse = 5;
   const double young = 1e9, density = 2500, speed = std::sqrt(young / density);
   for (const bool quiet : {true, false}) {
-    Scene scene;
-    scene.gravity = Vector3(Vector3::Zero());
-    scene.joint = {
-        .cohesion = 1e9, .tension = 1e9, .normal_stiffness = 1e12, .shear_stiffness = 1e12};
-    for (int i = 0; i < kCount; ++i) {
-      scene.add_block(geometry::make_box({double(i), 0, 0}, {i + 1.0, 1, 1}),
-                      {.density = density, .young = young});
-      if (i < kPulse) scene.blocks.back().velocity = {0.01, 0, 0};
-    }
+    Scene scene = bar(kCount, {.density = density, .young = young});
+    for (std::size_t i = 0; i < kPulse; ++i) scene.blocks[i].velocity = {0.01, 0, 0};
     if (quiet) {
-      const geometry::Shape& last = *scene.blocks.back().shape;
-      int face = 0;
-      for (int f = 0; f < last.topology().face_count(); ++f) {
-        if (last.face_normal(f).x() > 0.9) face = f;
-      }
       scene.quiet_faces.push_back({.block = kCount - 1,
-                                   .face = face,
+                                   .face = face_along(*scene.blocks.back().shape, 1.0),
                                    .normal_impedance = density * speed,
                                    .shear_impedance = density * speed / std::sqrt(2.0)});
     }
@@ -164,22 +173,10 @@ TEST_CASE("a wave leaves a bar by its quiet face") {
 TEST_CASE("a wave comes in through a quiet face, and a free end shows twice its velocity") {
   constexpr int kCount = 30;
   const double young = 1e9, density = 2500, speed = std::sqrt(young / density), incoming = 0.01;
-  Scene scene;
-  scene.gravity = Vector3(Vector3::Zero());
-  scene.joint = {
-      .cohesion = 1e9, .tension = 1e9, .normal_stiffness = 1e12, .shear_stiffness = 1e12};
-  for (int i = 0; i < kCount; ++i) {
-    scene.add_block(geometry::make_box({double(i), 0, 0}, {i + 1.0, 1, 1}),
-                    {.density = density, .young = young});
-  }
-  const geometry::Shape& first = *scene.blocks.front().shape;
-  int face = 0;
-  for (int f = 0; f < first.topology().face_count(); ++f) {
-    if (first.face_normal(f).x() < -0.9) face = f;
-  }
+  Scene scene = bar(kCount, {.density = density, .young = young});
   const double rise = 10.0 / speed;  // s
   scene.quiet_faces = {{.block = 0,
-                        .face = face,
+                        .face = face_along(*scene.blocks.front().shape, -1.0),
                         .normal_impedance = density * speed,
                         .shear_impedance = density * speed,
                         .velocity = interpolate({0, rise}, {{0, 0, 0}, {incoming, 0, 0}})}};
