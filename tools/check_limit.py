@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
 """Checks certificates of `quoin limit` and `quoin run` by itself: numpy and scipy alone, contacts anew from vertices.
 
-    tools/check_limit.py DIR [SCENE.json]    # DIR/*stands.json, *falls.json, mechanism.json; exit code 0: all proved
-With SCENE.json also that densities, vertices, loads and joints are those of the scene (check_limit_scene.py).
+    tools/check_limit.py DIR [SCENE.json]    # exit code 0: all are proved, and of this scene (check_limit_scene.py)
 stands: forces balance weight and load of every block that moves, act where two blocks touch (or hold a held point),
-and stay within |f_t| <= mu f_n + C A, f_n >= -t A; A: area; C: max(c, mu t), of a run c + mu t (tools/guides/limit.md).
+and stay within |f_t| <= mu f_n + C A, f_n >= -t A; A: area of the point; C: max(c, mu t), of a run c + mu t.
 falls: along the velocities no contact closes (v_n >= mu |v_t|), no held point moves, and the loads do more work than
 cohesion and tension can take. Then no forces within these limits balance the loads [Drucker, Prager & Greenberg 1952].
 """
@@ -22,10 +21,9 @@ ALLOWED, SHORT = 1e-7, 1e-7   # unbalance and forces outside their limits, by th
 class Part:
     """Convex: the hull of its points."""
     def __init__(self, points):
-        self.points, self.middle = points, points.mean(axis=0)
-        hull = ConvexHull(points - self.middle)
-        middle, self.planes = self.middle, hull.equations
-        corners = points[hull.simplices] - middle
+        self.points, self.middle = points, (middle := points.mean(axis=0))
+        hull = ConvexHull(points - middle)
+        self.planes, corners = hull.equations, points[hull.simplices] - middle
         parts = np.abs(np.linalg.det(corners)) / 6
         self.volume = parts.sum()
         self.centroid = middle + (parts[:, None] * corners.sum(axis=1) / 4).sum(axis=0) / self.volume
@@ -63,24 +61,38 @@ def normals_between(a, b, near, known):
 
 def contact_polygon(a, b, normal, near):
     """Corners of what the two share in the plane of contact, in order, and its area."""
-    level = (a.points @ normal).max()
-    first = np.linalg.svd(normal[None])[2][1]
-    frame = np.array([first, np.cross(normal, first)])
+    level, frame = (a.points @ normal).max(), np.linalg.svd(normal[None])[2][1:]
     flush = a.points @ normal > level - near, b.points @ normal < (b.points @ normal).min() + near
     shared = [p @ frame.T for p in a.points[flush[0]] if b.is_near(p, 2 * near)]
     shared += [p @ frame.T for p in b.points[flush[1]] if a.is_near(p, 2 * near)]
     one, two = (part.points[part.ends[f[part.ends].all(axis=1)]] @ frame.T for part, f in zip((a, b), flush))
     for (p, q), (r, s) in itertools.product(one, two):
         matrix = np.array([q - p, r - s]).T
-        if abs(np.linalg.det(matrix)) > 1e-9 * np.linalg.norm(q - p) * np.linalg.norm(s - r):
-            t, u = np.linalg.solve(matrix, r - p)
-            if -1e-9 <= t <= 1 + 1e-9 and -1e-9 <= u <= 1 + 1e-9:
-                shared.append(p + t * (q - p))
+        crossed = abs(np.linalg.det(matrix)) > 1e-9 * np.linalg.norm(q - p) * np.linalg.norm(s - r)
+        t, u = np.linalg.solve(matrix, r - p) if crossed else (-1, -1)
+        if -1e-9 <= t <= 1 + 1e-9 and -1e-9 <= u <= 1 + 1e-9:
+            shared.append(p + t * (q - p))
     flat, area = np.array(shared).reshape(-1, 2), 0.0
     if min(*map(np.sum, flush)) > 2 < len(flat) and np.linalg.svd(flat - flat.mean(axis=0))[1][-1] > 10 * near:
         hull = ConvexHull(flat)
         flat, area = flat[hull.vertices], hull.volume
     return flat @ frame + level * normal, area
+
+def strength_points(joint, corners, area):
+    """Where a joint's strength acts, and on what area: corners, and a point of each triangle (centroid, corner, next)
+    if there is cohesion or tension, so that area, its first moments and strength against twist are exact."""
+    if not area > 0 or not max(joint["cohesion"], joint["tension"]) > 0:
+        return corners, np.full(len(corners), area / max(len(corners), 1))
+    norm, q = lambda v: np.linalg.norm(v, axis=1), np.roll(corners, -1, axis=0)
+    parts = norm(np.cross(corners - corners[0], q - corners[0]))
+    p = corners - (parts[:, None] * (corners[0] + corners + q)).sum(axis=0) / parts.sum() / 3
+    q = np.roll(p, -1, axis=0)
+    parts, sides, inner = norm(np.cross(p, q)) / 2, (q - p) / norm(q - p)[:, None], np.sqrt(.4) * (p + q) / 2
+    height, ends = norm(np.cross(p, sides)), np.array([(p * sides).sum(axis=1), (q * sides).sum(axis=1)])
+    integrals = (ends * np.hypot(height, ends) + height ** 2 * np.arcsinh(ends / height)) / 2  # of the distance
+    exact, least = height / 3 @ (integrals[1] - integrals[0]), parts @ norm(inner)
+    share = np.clip((exact - least) / (parts @ (norm(p) + norm(q)) / 2 - least), 0, 1)
+    return np.r_[corners, corners - p + inner], np.r_[share / 2 * (parts + np.roll(parts, 1)), (1 - share) * parts]
 
 def joint_of(document, a, b):
     groups, pair = {a.entry["group"], b.entry["group"]}, sorted([a.entry["index"], b.entry["index"]])
@@ -104,7 +116,7 @@ def touching(document, solids):
 def check_stands(document, solids, gravity):
     left = {i: s.load(gravity, document["factor"]) for i, s in solids.items()}
     scale = max(np.abs(load[:3]).max() for i, load in left.items() if solids[i].moves) or 1.0
-    pairs, worst = {}, 0.0
+    pairs, at_point, worst = {}, {}, 0.0
     for contact in document["contacts"]:
         force, point = np.array(contact["force"], float), np.array(contact["point"], float)
         for i, sign in ((contact["a"], -1), (contact["b"], 1)):
@@ -114,30 +126,29 @@ def check_stands(document, solids, gravity):
             worst = max(worst, np.linalg.norm(np.cross(force, contact["normal"])) * bool(contact.get("guided")))
             continue
         a, b, normal = solids[contact["a"]], solids[contact["b"]], np.array(contact["normal"], float)
-        near, f_n = NEAR * min(a.size, b.size), force @ normal
-        for one, other in itertools.product(a.parts, b.parts):
-            heights = [(one.points - point) @ normal, (point - other.points) @ normal]
-            if abs(np.linalg.norm(normal) - 1) > 1e-9 or max(h.max() for h in heights) > near:
+        near, f_n, joint = NEAR * min(a.size, b.size), force @ normal, joint_of(document, a, b)
+        key, borne = (contact["a"], contact["b"]), 0.0
+        for pair in itertools.product(a.parts, b.parts):
+            if max(*(pair[0].points - point) @ normal, *(point - pair[1].points) @ normal) > near:
                 continue
-            if (one, other) not in pairs:
-                pairs[one, other] = [joint_of(document, a, b), *contact_polygon(one, other, normal, near), 0.0, 0.0]
-            place = shrunk(document, pairs[one, other][1], point, -1)
-            if one.is_near(place, near) and other.is_near(place, near):
-                break
-        else:
+            if pair not in pairs:
+                pairs[pair] = strength_points(joint, *contact_polygon(*pair, normal, near))
+            points, areas = pairs[pair]
+            place = shrunk(document, points, point, -1)
+            if all(part.is_near(place, near) for part in pair):
+                here = np.linalg.norm(points - place, axis=1) <= 4 * near
+                key, borne = (*key, pair, here.tobytes()), borne + areas[here].sum()
+        if len(key) == 2 or abs(np.linalg.norm(normal) - 1) > 1e-9:
             return f"blocks {contact['a']} and {contact['b']} do not touch at {point.tolist()} along that normal", 0.0
-        pairs[one, other][3] += max(0.0, np.linalg.norm(force - f_n * normal) - pairs[one, other][0]["friction"] * f_n)
-        pairs[one, other][4] += max(0.0, -f_n)
-    for joint, _, area, shear, pull in pairs.values():
-        worst = max(worst, shear - joint["cohesion"] * area, pull - joint["tension"] * area)
-    for i in (i for i, solid in solids.items() if solid.moves):
-        worst = max(worst, np.abs(left[i][:3]).max(), np.abs(left[i][3:]).max() / solids[i].size)
-    worst /= scale
+        beyond = at_point.setdefault(key, np.array([-joint["cohesion"], -joint["tension"]]) * borne)
+        beyond += max(0.0, np.linalg.norm(force - f_n * normal) - joint["friction"] * f_n), max(0.0, -f_n)
+    sizes = {i: np.repeat([1.0, solid.size], 3) for i, solid in solids.items() if solid.moves}
+    worst = np.max([worst, *map(np.max, at_point.values()), *(np.abs(left[i] / sizes[i]).max() for i in sizes)]) / scale
     return "" if worst <= ALLOWED else f"unbalance or violation {worst:.3g} of the largest load", worst
 
-def shrunk(document, corners, points, power):
-    """Of a limit on joints that shrink about the middle of their corners and keep their strength."""
-    middle, share = corners.sum(axis=0) / max(len(corners), 1), np.clip(document.get("shrink", 1.0), 1e-9, 1)
+def shrunk(document, joint_points, points, power):
+    """Of a limit on joints that shrink about the middle of their points and keep their strength."""
+    middle, share = joint_points.sum(axis=0) / max(len(joint_points), 1), np.clip(document.get("shrink", 1.0), 1e-9, 1)
     return middle + share ** power * (points - middle)
 
 def check_falls(document, solids, gravity):
@@ -150,31 +161,24 @@ def check_falls(document, solids, gravity):
         if np.abs(v @ np.array(contact["normal"]) if contact.get("guided") else v).max() > SHORT * fastest:
             return "a held point moves", 0.0
     for i, j, normal, corners, area in touching(document, solids):
-        joint, corners, rates = joint_of(document, solids[i], solids[j]), shrunk(document, corners, corners, 1), []
-        for corner in [corners.mean(axis=0), *corners]:
-            v = solids[j].velocity(corner) - solids[i].velocity(corner)
-            v_n, v_t = v @ normal, np.linalg.norm(v - (v @ normal) * normal)
-            apart = v_n - joint["friction"] * v_t
+        points, areas = strength_points(joint := joint_of(document, solids[i], solids[j]), corners, area)
+        for point, area in zip(shrunk(document, points, points, 1), areas):
+            v = solids[j].velocity(point) - solids[i].velocity(point)
+            v_t = np.linalg.norm(v - (v @ normal) * normal)
+            apart = v @ normal - joint["friction"] * v_t
             if not apart >= -SHORT * fastest:
                 return f"blocks {i} and {j} close by {-apart / fastest:.3g} of the largest speed", 0.0
-            rates.append(joint["cohesion"] * v_t + joint["tension"] * max(apart, 0.0))
-        taken += area * fan(corners, rates) if area > 0 else 0.0
+            taken += area * (joint["cohesion"] * v_t + joint["tension"] * max(apart, 0.0))
     proved = power > taken * (1 + 1e-9) and power > 0
     return "" if proved else "the loads work less than the contacts can take", (power - taken) / max(power, 1e-300)
-
-def fan(corners, rates):
-    """Mean of a convex rate over a polygon, from above: linear on triangles from its middle."""
-    arms, rates = corners - corners.mean(axis=0), np.array(rates)
-    areas = 0.5 * np.linalg.norm(np.cross(arms, np.roll(arms, -1, axis=0)), axis=1)
-    return (areas * (rates[0] + rates[1:] + np.roll(rates[1:], -1)) / 3).sum() / areas.sum()
 
 def check(path, scene=None):
     document = json.loads(path.read_text(encoding="utf-8"), parse_constant=int)
     solids = {entry["index"]: Solid(entry) for entry in document["blocks"]}
     wrong = check_limit_scene.differences(document, scene, solids)[:3] if scene else []
     for entry in document["joints"]:
-        c, apex = entry["cohesion"], entry["friction"] * entry["tension"]
-        entry["cohesion"] = c + apex if document["vary"]["what"] == "run" else max(c, apex)
+        together = sum if document["vary"]["what"] == "run" else max
+        entry["cohesion"] = together([entry["cohesion"], entry["friction"] * entry["tension"]])
     checked = {"stands": check_stands, "falls": check_falls}[document["certificate"]]
     proof, size = checked(document, solids, np.array(document["gravity"], float))
     return document["value"], "; ".join(filter(None, [*wrong, proof])), size
@@ -186,9 +190,8 @@ def judge(folder, scene=None):
             value, wrong, size = check(path, scene)
         except (NotImplementedError, ValueError, KeyError, TypeError, IndexError, QhullError) as error:
             value, wrong, size = 0.0, f"it can't be read: {error!r}", 0.0
-        bad += bool(wrong)
         print(f"{path.stem} at {value:.9g}: " + (f"NOT proved: {wrong}" if wrong else f"proved ({size:.2g})"))
-        values[path.stem] = value
+        values[path.stem], bad = value, bad + bool(wrong)
     if {"stands", "falls"} <= set(values):
         low, high = sorted([abs(values["falls"]), abs(values["stands"])])
         print(f"digits: {-np.log10(max(1 - low / high, 1e-16)):.1f}")

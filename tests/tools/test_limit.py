@@ -101,6 +101,37 @@ check("cantilever", cantilever, "load=push:0:10", 2 / 3)
 # Cohesion on the area: (mu + c A / W).
 check("cohesion", scene(20, [GROUND, box([0, 0, 0], [4, 1, .1])], [1, 0, 0], cohesion=3e3), "load=push:0:10",
       math.tan(math.radians(20)) + 3e3 / (DENSITY * G * .1))
+
+
+def glued(strips, lever, turned, length=2.0, **joint):
+    """A block of that length on glue, which a couple twists (`lever` 0) or a push at that height rocks."""
+    axis, angle = np.array([.3, -.5, .8]) / math.sqrt(.98), 1.1 if turned else 0.0
+    cross = np.cross(np.eye(3), -axis)
+    rotation = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    origin = np.array([1234.5, -678.9, 42.0]) if turned else np.zeros(3)
+    def hull(low, high, kind):
+        corners = np.stack(np.meshgrid(*zip(low, high)), -1).reshape(-1, 3)
+        return {"kind": kind, "shape": {"type": "hull", "points": (origin + corners @ rotation.T).tolist()}}
+    ends = [-9, *(length * i / strips for i in range(1, strips)), 9]
+    document = scene(20, [*(hull([a, -9, -1], [b, 9, 0], "fixed") for a, b in zip(ends, ends[1:])),
+                          hull([0, 0, 0], [length, 1, .5], "rigid")], **joint)
+    document["gravity"] = (rotation @ [0, 0, -G]).tolist()
+    pushes = [([length, .5, lever], [1, 0, 0])] if lever else [([x, .5, 0], [0, x - length / 2, 0]) for x in (0, length)]
+    document["loads"] = [{"type": "point", "name": "push", "block": f"b{strips}", "point": (origin + rotation @ p).tolist(),
+                          "force": (DENSITY * G * rotation @ f).tolist()} for p, f in pushes]
+    return document
+
+
+# Cohesion in twist by the whole area, of mean distance r from its middle: c A r, with friction at the corners; glue in
+# tension t, turned over its edge: (W + t A) b / 2. In one piece and in strips, turned and far from the origin.
+quarter = (2 * .5 * math.sqrt(1.25) + math.asinh(.5) + .125 * math.asinh(2)) / 6 / .5
+for turned in (False, True):
+    for strips, allowed in ((1, 1e-6), (4, 2.5e-3)):
+        check(f"glue in twist, {strips} strips", glued(strips, 0, turned, cohesion=3e4), "load=push:0:100",
+              (3e4 * 2 * quarter + math.tan(math.radians(20)) * DENSITY * G * math.sqrt(1.25)) / (2 * DENSITY * G),
+              allowed, tolerance=1e-6)
+        check(f"glue in tension, {strips} strips", glued(strips, 2.0, turned, cohesion=3e5, tension=3e4),
+              "load=push:0:100", (DENSITY * G + 6e4) / 2 / (DENSITY * G), tolerance=1e-6)
 slope = scene(40, [GROUND, box([0, 0, 0], [2, 1, .5])])
 slope["gravity"] = [-G * math.sin(math.radians(25)), 0, -G * math.cos(math.radians(25))]
 check("strength of a slope", slope, "strength=0.5:5", math.tan(math.radians(40)) / math.tan(math.radians(25)))

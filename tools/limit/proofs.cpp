@@ -27,6 +27,10 @@ bool keep(Trial trial, Limit& limit) {
   return true;
 }
 
+bool laps_over(const Limit& limit) {
+  return limit.stands && limit.falls && !(limit.stands->value < limit.falls->value);
+}
+
 double apart(const Limit& limit, double range) {
   const double low = limit.stands->value, high = limit.falls->value;
   return std::abs(high - low) / std::max({std::abs(low), std::abs(high), 1e-3 * range});
@@ -92,6 +96,10 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
     for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider) {
       keep(at(limit.falls->value - below), limit);
     }
+  }
+  // Each is proved to rounding of the largest load, by which they may lap over.
+  for (double below = closest; below < 100.0 * closest && laps_over(limit); below *= kWider) {
+    keep(at(limit.falls->value - below), limit);
   }
   if (limit.stands && limit.falls) {
     limit.convex = std::clamp(limit.convex, limit.stands->value, limit.falls->value);

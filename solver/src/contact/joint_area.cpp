@@ -214,10 +214,8 @@ JointPolygon joint_polygon(const JointBlocks& blocks, const BodyContact& contact
   return polygon;
 }
 
-AreaRule strength_rule(const Joint& joint, const JointPolygon& polygon) {
-  if (!acts_by_area(joint)) return kCornersAlone;
-  const bool coheres = joint.cohesion > 0.0 || joint.residual_cohesion > 0.0;
-  if (!coheres || !(polygon.area > 0.0)) return kSecondDegree;
+AreaRule cohesion_rule(const JointPolygon& polygon) {
+  if (!(polygon.area > 0.0)) return kSecondDegree;
   std::vector<Vector2d> places;
   double of_corners = 0.0, of_inner = 0.0;  // integrals of the distance: corners alone, inner alone
   for (std::size_t i = 0; i < polygon.corners.size(); ++i) {
@@ -231,6 +229,12 @@ AreaRule strength_rule(const Joint& joint, const JointPolygon& polygon) {
   const double exact = polygon.area * mean_distance(places, polygon.centroid);
   const double corner = std::clamp((exact - of_inner) / (of_corners - of_inner), 0.0, 1.0);
   return {0.5 * corner, 1.0 - corner};
+}
+
+AreaRule strength_rule(const Joint& joint, const JointPolygon& polygon) {
+  if (!acts_by_area(joint)) return kCornersAlone;
+  const bool coheres = joint.cohesion > 0.0 || joint.residual_cohesion > 0.0;
+  return coheres ? cohesion_rule(polygon) : kSecondDegree;
 }
 
 std::vector<double> area_shares(const JointBlocks& blocks, const JointPolygon& polygon,

@@ -76,8 +76,11 @@ inline constexpr AreaRule kCornersAlone{1.0 / 2.0, 0.0};
 /// second moments about the centroid are exact, and the first ones of all cancel.
 inline constexpr AreaRule kSecondDegree{1.0 / 12.0, 5.0 / 6.0};
 
-/// By which a joint has its strength: with cohesion a mix of the two with the polygon's mean
-/// distance from its centroid, so that its strength against twist is exact, too.
+/// A mix of the two with the polygon's mean distance from its centroid: what has cohesion all over
+/// has its exact strength against twist, too.
+AreaRule cohesion_rule(const JointPolygon& polygon);
+
+/// By which a joint has its strength in steps.
 AreaRule strength_rule(const Joint& joint, const JointPolygon& polygon);
 
 /// A contact at an inner point: its key has an edge of one block, on which the triangle's side

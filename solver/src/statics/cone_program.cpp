@@ -325,7 +325,7 @@ void InteriorPoint::set_scalings() {
 }
 
 /// D⁻¹ = (delta + G'W⁻²G)⁻¹ of a contact. With U = G⁻¹W it is U (I + U'M U)⁻¹ U', which loses no
-/// digits where the force is at the rim.
+/// digits where the force is at the rim, unless its cut-off weighs more there.
 Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   const ConeContact& c = program_.contacts[contact];
   Matrix3 rest = (c.held ? kHeldProximal : kProximal) * Matrix3::Identity();
@@ -338,8 +338,10 @@ Matrix3 InteriorPoint::inverse(std::size_t contact) const {
     result(0, 0) = 1.0 / rest(0, 0);
     return c.held ? Matrix3(rest.inverse()) : result;
   }
-  const Matrix3 w = matrix(scalings_[index(round)]);
-  if (c.friction > 0.0) {
+  const double eta = scalings_[index(round)].eta;
+  const bool cut_off = row_of_[contact] >= 0 && rest(0, 0) * eta * eta > 1.0;
+  if (c.friction > 0.0 && !cut_off) {
+    const Matrix3 w = matrix(scalings_[index(round)]);
     const Matrix3 u = Vector3(1.0 / c.friction, 1.0, 1.0).asDiagonal() * w;
     const Matrix3 inner = Matrix3::Identity() + u.transpose() * rest * u;
     return u * inner.inverse() * u.transpose();
@@ -348,7 +350,7 @@ Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   for (int i = 0; i < 3; ++i) {
     unscaled.col(i) = scaled(scalings_[index(round)], Vector3::Unit(i), -1.0);
   }
-  const Matrix3 g = Vector3(0.0, 1.0, 1.0).asDiagonal();
+  const Matrix3 g = Vector3(c.friction, 1.0, 1.0).asDiagonal();
   rest += g * unscaled * unscaled * g;
   return rest.inverse();
 }

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/index.hpp"
 #include "contact/contact_history.hpp"
+#include "contact/joint_area.hpp"
 #include "contact/joint_law.hpp"
 #include "statics/compatible_motion.hpp"
 #include "statics/cone_program.hpp"
@@ -256,7 +258,9 @@ void GroupProblem::solve(double factor, double range, Equilibrium& result) {
     const bool balanced =
         result.unbalance <= Equilibrium::kBalanced && result.violation <= Equilibrium::kBalanced;
     if (!balanced) result.verdict = EquilibriumVerdict::Undecided;
+    const double found = std::exchange(factor_, balanced ? factor_ : 0.0);
     if (range > 0.0 || !balanced) judge_velocities(solution.velocities, result);
+    factor_ = found;
     if (range > 0.0 && balanced) result.verdict = EquilibriumVerdict::Admissible;
   }
   factor_ = factor + range * factor_;
@@ -365,6 +369,70 @@ std::vector<Vector6> block_loads(const CompiledScene& compiled, const State& sta
   return loads;
 }
 
+namespace {
+
+/// What a problem is made of.
+struct ProblemScene {
+  const CompiledScene& compiled;
+  const State& state;
+  std::vector<Pose> poses{};
+  double reach = 0.0;  ///< m
+  ShearInTension shear = ShearInTension::OfCone;
+
+  /// Gap up to which two blocks touch, m.
+  double touching(const BodyContact& contact) const {
+    const double size =
+        std::min(compiled.models[index(contact.a)].size, compiled.models[index(contact.b)].size);
+    return std::max({reach, kTouching * size, compiled.scene.coordinate_rounding});
+  }
+  /// What a joint that is judged as a whole bears in a run its corners alone can stand for.
+  bool has_inner_points(const Joint& joint) const {
+    if (!(std::max(joint.cohesion, joint.tension) > 0.0)) return false;
+    return shear == ShearInTension::OfCone || acts_by_area(joint);
+  }
+};
+
+/// The points of a joint with strength share its area.
+std::vector<BodyContact> with_inner_points(const ProblemScene& scene,
+                                           std::span<const BodyContact> corners) {
+  const BodyContact& first = corners.front();
+  std::vector<BodyContact> points(corners.begin(), corners.end());
+  double area = 0.0;
+  for (const BodyContact& corner : corners) area += corner.state.point.area;
+  if (!(area > 0.0) || !scene.has_inner_points(*first.joint)) return points;
+  const std::vector<BlockModel>& models = scene.compiled.models;
+  const JointBlocks blocks{models[index(first.a)], models[index(first.b)],
+                           scene.poses[index(first.a)], scene.poses[index(first.b)]};
+  const JointPolygon polygon = joint_polygon(blocks, first);
+  if (!(polygon.area > 0.0)) return points;
+  for (const auto& inner : inner_points(blocks, polygon, corners, scene.touching(first))) {
+    points.push_back(make_body_contact({scene.compiled.scene, models, scene.poses}, inner));
+  }
+  const auto shares = area_shares(blocks, polygon, cohesion_rule(polygon), points);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].state.point.area = shares[i];
+  return points;
+}
+
+EquilibriumContact equilibrium_contact(const ProblemScene& scene, const BodyContact& contact) {
+  const geometry::ContactPoint& point = contact.state.point;
+  const JointStrength bears = strength(*contact.joint, Contact{});
+  const double apex = bears.friction * bears.tension;
+  const double cohesion = scene.shear == ShearInTension::Cohesion ? bears.cohesion + apex
+                                                                  : std::max(bears.cohesion, apex);
+  const Vector3 middle = 0.5 * (local_point(scene.state, contact.a, contact.arm_a) +
+                                local_point(scene.state, contact.b, contact.arm_b));
+  return {.a = contact.a,
+          .b = contact.b,
+          .point = middle,
+          .normal = point.normal,
+          .gap = point.gap,
+          .friction = bears.friction,
+          .cohesion = cohesion * point.area,
+          .tension = bears.tension * point.area};
+}
+
+}  // namespace
+
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
                                        std::span<const geometry::ContactPoint> found, double reach,
                                        ShearInTension shear) {
@@ -372,27 +440,24 @@ EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const Stat
     throw InputError("a problem of equilibrium can't have ties or quiet faces");
   }
   EquilibriumProblem problem{.origin = state.origin};
+  ProblemScene scene{compiled, state, {}, reach, shear};
   const std::vector<Vector6> loads = block_loads(compiled, state);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     problem.blocks.push_back(
         {compiled.idle[b] == 0, state.blocks[b].centroid, compiled.models[b].size, loads[b]});
+    scene.poses.push_back(pose(state.blocks[b]));
   }
-  const auto place = [&](int b, const Vector3& at) {
-    return local_point(state, b, compiled.models[index(b)].turn * at);
-  };
+  std::vector<BodyContact> contacts;
   for (const geometry::ContactPoint& point : found) {
-    const auto [a, b] = std::pair(point.key.a, point.key.b);
-    const double size = std::min(compiled.models[index(a)].size, compiled.models[index(b)].size);
-    const double touching = std::max(kTouching * size, compiled.scene.coordinate_rounding);
-    if (point.gap > std::max(reach, touching)) continue;
-    const JointStrength bears = strength(joint_between(compiled.scene, a, b), Contact{});
-    const double apex = bears.friction * bears.tension;
-    const double cohesion =
-        shear == ShearInTension::Cohesion ? bears.cohesion + apex : std::max(bears.cohesion, apex);
-    const Vector3 middle = 0.5 * (place(a, point.point_a) + place(b, point.point_b));
-    problem.contacts.push_back({a, b, middle, point.normal, point.gap, bears.friction,
-                                cohesion * point.area, bears.tension * point.area});
+    contacts.push_back(make_body_contact({compiled.scene, compiled.models, scene.poses}, point));
+    if (point.gap > scene.touching(contacts.back())) contacts.pop_back();
   }
+  if (compiled.has_parts) std::ranges::sort(contacts, {}, joint_order);
+  each_joint(contacts, [&](std::span<const BodyContact> joint) {
+    for (const BodyContact& contact : with_inner_points(scene, joint)) {
+      problem.contacts.push_back(equilibrium_contact(scene, contact));
+    }
+  });
   for (const HeldPoint& held : compiled.held) {
     const Vector3 at = local_point(state, held.block, held.arm);
     problem.contacts.push_back({.b = held.block, .point = at, .held = true});

@@ -5,7 +5,7 @@
 /// At each contact the forces that are *admissible* (f_n compression, f_t in the contact plane):
 ///   |f_t| <= mu f_n + C,   f_n >= -T                  (Mohr–Coulomb with tension cut-off)
 /// with T of the tensile strength, and C of cohesion, or mu T where that is more: the least cone
-/// that reaches T.
+/// that reaches T. Inner points of such a joint make its area, moments and twist exact.
 /// A *mechanism* is a velocity of every block along which each contact opens at least as dilatancy
 /// wants (v_n >= mu |v_t| with f = 0 at its apex) and the loads do more work than the contacts can
 /// dissipate. Theorem: it exists exactly where no admissible forces balance the loads (Farkas).
