@@ -124,6 +124,31 @@ class View(FolderTest):
         self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
         self.clean()
 
+    def test_blocks_by_the_pressure_of_their_joints(self):
+        run = self.shaken_wall()
+        value = self.opened(run)
+        value("quoin.show(quoin.frames - 1)")
+        value("(s => { s.value = 'pressure'; s.dispatchEvent(new Event('change')); })(document.getElementById('colour'))")
+        rows = self.table(run / "joints.csv")
+        exact = [max([float(row["normal_stress"] or math.inf) for row in rows if row["state"] != "open" and str(block) in (row["a"], row["b"])], default=0)
+                 for block in range(value("quoin.blocks.count"))]
+        found = value("[...quoin.pressures]")
+        for one, other in zip(found, exact, strict=True):
+            if math.isfinite(other):
+                self.assertAlmostEqual(one / other, 1, delta=1e-4)
+            else:
+                self.assertIsNone(one)  # an edge bears: JSON knows no infinity
+        high, tints = value("quoin.joints.high"), value("[...quoin.blocks.values.image.data]")
+        least = min(range(1, len(exact)), key=exact.__getitem__)
+        self.assertLess(exact[least], 0.5 * high)
+        self.assertLess(tints[4 * least + 1], tints[4 * exact.index(max(exact)) + 1])  # viridis: green grows
+        block, *place = value("""(() => { for (let b = quoin.blocks.count - 1; b >= 0; --b) {
+            const p = quoin.onPage(quoin.blocks.moved(b, 0, 0, 0));
+            if (quoin.blocks.kind(b, quoin.state.frame) < 2 && quoin.pick(...p) === b) return [b, ...p]; } })()""")
+        self.browser.click(*place)
+        self.assertAlmostEqual(float(self.said()["largest joint pressure"].split()[0]) / exact[block], 1, delta=1e-3)
+        self.clean()
+
     def test_a_contact_point_and_the_history(self):
         run = self.shaken_wall()
         value = self.opened(run)

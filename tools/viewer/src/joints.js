@@ -1,6 +1,7 @@
 // Contact points, and what they add up to by pair of blocks: polygons, resultants, openings.
 import {LineSegments, Mesh, Points} from 'three';
 import {Cracks} from './cracks.js';
+import {viridis} from './data.js';
 import {Layer, across, along, arrow, dot, length, minus} from './layers.js';
 
 export const STATES = ['open', 'stick', 'slip'];
@@ -52,6 +53,7 @@ function jointsOf(c, from, to) {
     joint.centre = joint.pressing > 0 ? joint.centre.map((x) => x / joint.pressing)
         : [0, 1, 2].map((k) => joint.points.reduce((s, p) => s + p.at[k], 0) / n);
     joint.alongNormal = dot(joint.force, joint.normal);
+    joint.pressure = joint.alongNormal > 0 ? joint.alongNormal / joint.area : 0;  // infinite of an edge that bears
     joint.shear = length(along(joint.force, -joint.alongNormal, joint.normal));
     joint.outline = outline(joint.points.map((p) => p.at), joint.normal);
     joints.push(joint);
@@ -79,21 +81,28 @@ export class Joints {
                    arrows: new Layer(Mesh, cut, 1, 3), points: new Layer(Points, cut, 7, 4)};
     this.widest = {crack: null, width: 0};  // of the frame that is shown
     this.objects = Object.values(this.layers).map((layer) => layer.object);
-    this.show = {polygons: false, forces: 'none', cracks: false, points: false};
+    this.show = {polygons: false, forces: 'none', cracks: false, points: false, pressure: false};
     this.known = -1;
     this.list = [];
-    this.largest = this.largestForce();
+    this.largest = this.high = 0;
+    this.measure();
   }
 
-  largestForce() {
-    const {pair, force} = this.columns, sum = [0, 0, 0];
-    let most = 0;
+  // Of all kept times: the largest resultant, N, and the pressure that one joint in fifty exceeds, Pa
+  measure() {
+    const {pair, force, normal, area} = this.columns, pressures = [];
+    const sum = [0, 0, 0];
+    let pressing = 0, all = 0;
     for (let k = 0; k < this.times.length; ++k) for (let i = this.first[k]; i < this.first[k + 1]; ++i) {
       const same = i > this.first[k] && pair[2 * i] === pair[2 * i - 2] && pair[2 * i + 1] === pair[2 * i - 1];
-      for (let d = 0; d < 3; ++d) sum[d] = (same ? sum[d] : 0) + force[3 * i + d];
-      most = Math.max(most, length(sum));
+      if (!same) { sum.fill(0); pressing = all = 0; pressures.push(0); }
+      for (let d = 0; d < 3; ++d) { sum[d] += force[3 * i + d]; pressing += force[3 * i + d] * normal[3 * i + d]; }
+      all += area[i];
+      this.largest = Math.max(this.largest, length(sum));
+      pressures[pressures.length - 1] = pressing / all;
     }
-    return most;
+    const sorted = Float64Array.from(pressures.filter((p) => p > 0 && p < Infinity)).sort();
+    this.high = sorted.length > 0 ? sorted[Math.ceil(0.98 * sorted.length) - 1] : 0;
   }
 
   // The kept time nearest to a frame
@@ -134,6 +143,7 @@ export class Joints {
     const {polygons, lines, arrows, points} = this.layers, show = this.show;
     if (show.polygons) {
       const tint = [...(joint.failed ? FAILED : STATE_COLOURS[joint.state]), 0.45];
+      if (show.pressure) { viridis(joint.pressure / this.high, tint, 0); tint[3] = 0.8; }
       const o = joint.outline.map(moved);
       for (let i = 1; i + 1 < o.length; ++i) polygons.add(tint, o[0], o[i], o[i + 1]);
       o.forEach((p, i) => lines.add([...tint.slice(0, 3), 1], p, o[(i + 1) % o.length]));

@@ -77,16 +77,18 @@ class Viewer {
   // ---- colours
   scalar(name, b, f) {
     if (name === 'displacement') return length(this.blocks.displacement(b, f));
+    if (name === 'pressure') return this.pressures[b];
     const {low, high} = this.head.scalars[name];
     return low + this.data.section(name)[f * this.blocks.count + b] * (high - low) / 65535;
   }
 
-  unit(name) { return name === 'displacement' ? 'm' : this.head.scalars[name].unit; }
+  unit(name) { return {displacement: 'm', pressure: 'Pa'}[name] || this.head.scalars[name].unit; }
 
   range(name) {
     if (this.ranges[name]) return this.ranges[name];
     let high = 0, low = 0;
-    if (name !== 'displacement') ({low, high} = this.head.scalars[name]);
+    if (name === 'pressure') high = this.joints.high;
+    else if (name !== 'displacement') ({low, high} = this.head.scalars[name]);
     else for (let f = 0; f < this.frames; ++f) for (let b = 0; b < this.blocks.count; ++b) {
       if (this.blocks.kind(b, f) < FIXED) high = Math.max(high, this.scalar(name, b, f));
     }
@@ -100,6 +102,13 @@ class Viewer {
     return worst;
   }
 
+  // The largest mean pressure on the joints of each block, Pa
+  jointPressures() {
+    const most = new Float64Array(this.blocks.count);
+    for (const j of this.joints.list) for (const b of [j.a, j.b]) most[b] = Math.max(most[b], j.pressure);
+    return most;
+  }
+
   colouring() {
     const name = get('colour').value, f = this.state.frame, put = (c, out, at) => { for (let k = 0; k < 3; ++k) out[at + k] = c[k]; };
     if (name === 'group') return (b, out, at) => put(FREE[this.group[b] % FREE.length], out, at);
@@ -111,6 +120,7 @@ class Viewer {
       return (b, out, at) => put(held(b) ? HELD : JOINT_STATES[worst[b]], out, at);
     }
     const [low, high] = this.range(name);
+    if (name === 'pressure') this.pressures = this.jointPressures();
     return (b, out, at) => {
       if (held(b)) put(HELD, out, at); else viridis((this.scalar(name, b, f) - low) / (high - low), out, at);
     };
@@ -136,12 +146,12 @@ class Viewer {
       entry.prepend(box);
       return entry;
     }));
-    const name = get('colour').value, ranged = name === 'displacement' || name in this.head.scalars;
+    const name = get('colour').value, ranged = ['displacement', 'pressure'].includes(name) || name in this.head.scalars;
     get('legend').hidden = !ranged;
     if (ranged) {
       const [low, high] = this.range(name);
       get('legend-low').textContent = number(low);
-      get('legend-high').textContent = `${number(high)} ${this.unit(name)}`;
+      get('legend-high').textContent = `${name === 'pressure' ? '≥ ' : ''}${number(high)} ${this.unit(name)}`;
     }
   }
 
@@ -239,8 +249,8 @@ class Viewer {
     for (const name of Object.keys(this.head.scalars)) rows.push([name, `${number(this.scalar(name, b, f))} ${this.unit(name)}`]);
     const own = this.joints.list.filter((j) => j.a === b || j.b === b);
     rows.push(['joints', String(own.length)]);
-    const most = own.reduce((m, j) => Math.max(m, length(j.force)), 0);
-    if (most > 0) rows.push(['largest joint force', newtons(most)]);
+    const most = (of) => own.reduce((m, j) => Math.max(m, of(j)), 0), force = most((j) => length(j.force));
+    if (force > 0) rows.push(['largest joint force', newtons(force)], ['largest joint pressure', `${number(most((j) => j.pressure))} Pa`]);
     return rows;
   }
 
@@ -248,7 +258,7 @@ class Viewer {
     const n = this.head.names;
     return [['joint', `${n[j.a]} – ${n[j.b]}`], ['state', (j.failed ? 'failed, ' : '') + STATES[j.state]],
             ['resultant on the second', newtons(length(j.force))], ['normal, shear', `${newtons(j.alongNormal)}, ${newtons(j.shear)}`],
-            ['area', `${number(j.area)} m²`], ['mean pressure', j.area > 0 ? `${number(j.alongNormal / j.area)} Pa` : '–'],
+            ['area', `${number(j.area)} m²`], ['mean pressure', `${number(j.pressure)} Pa`],
             ['opening', `${number(this.openingOf(j))} m`], ['slip', `${number(j.slip)} m`], ['points', String(j.points.length)]];
   }
 
@@ -336,6 +346,7 @@ class Viewer {
     get('bar').hidden = this.frames < 2;
     const colours = {block: 'block', group: head.kind === 'pairs' ? 'A and B' : 'material', joint: 'joint state', kind: 'kind', displacement: 'displacement'};
     if (head.kind === 'pairs') { delete colours.joint; delete colours.kind; delete colours.displacement; get('contact-panel').hidden = get('scale-row').hidden = true; }
+    if (this.joints.high > 0) colours.pressure = 'joint pressure';
     Object.entries(colours).forEach(([value, name]) => get('colour').add(new Option(name, value)));
     Object.keys(head.scalars).forEach((name) => get('colour').add(new Option(name, name)));
     if (head.kind === 'pairs') { get('colour').value = 'group'; this.glass(true); }
@@ -388,7 +399,10 @@ class Viewer {
     on('time', 'input', () => this.show(+get('time').value));
     on('play', 'click', () => this.play());
     on('home', 'click', () => this.home());
-    on('colour', 'change', () => { this.paint(); this.redraw(); });
+    on('colour', 'change', () => {
+      this.joints.show.pressure = get('colour').value === 'pressure';
+      this.joints.update(this.state.frame); this.paint(); this.redraw();
+    });
     on('edges', 'change', () => { this.blocks.uniforms.edge.value = get('edges').checked ? 1 : 0; this.redraw(); });
     on('glass', 'change', () => this.glass(get('glass').checked));
     for (const id of ['forces', 'polygons', 'cracks', 'points']) on(id, 'change', () => this.contacts());
