@@ -231,21 +231,28 @@ def pictures(out, runs):
             print(f"   {name}", flush=True)
 
 
-VIEWS = {"incline_phi10_default": "5.1 Incline, 10°", "two_forces_default": "5.2 Two forces",
-         "falling_block_default": "5.3 Falling block", "five_blocks_default": "5.4 Five blocks, pushed",
-         "five_blocks_penalty_4e+07": "5.4 by the penalty method"}
+WORDS = {"incline_phi0": "5.1 Incline without friction", "incline_components": "5.1 Incline without friction, along x and z",
+         "incline_phi10": "5.1 Incline, 10°", "two_forces": "5.2 Two forces", "falling_block": "5.3 Falling block", "five_blocks": "5.4 Five blocks, pushed"}
+VIEWS = ("incline_phi10_default", "two_forces_default", "falling_block_default", "five_blocks_default", "five_blocks_penalty_4e+07")
+
+
+def caption(name):
+    """Of what is made of a run: its example, method and penalty."""
+    example = max((known for known in WORDS if name.startswith(known)), key=len)
+    rest = [f"{float(word) / 1e6:g} MN/m" if word[0].isdigit() else word for word in name[len(example) + 1:].split("_") if word]
+    return ", ".join([WORDS[example], *([" ".join(rest)] if rest else [])])
 
 
 def page(out, runs, rows):
     """index.html and the views that it links to."""
     views = []
-    for run_name, words in VIEWS.items():
+    for run_name in VIEWS:
         source, name = out / "runs" / run_name, f"view_{run_name}.html"
         if not (source / "summary.json").exists():
             continue
         if not is_newer(out / name, source / "summary.json", HERE / "view.py", HERE / "viewer" / "dist" / "page.html"):
             view.run_page(source, out / name)
-        views.append((name, words))
+        views.append((name, caption(run_name)))
     points = [(example, METHODS[method], summary["seconds"], largest_error(summary))
               for (name, example, _, method, _, _) in runs if (out / "runs" / name / "summary.json").exists()
               for summary in [json.loads((out / "runs" / name / "summary.json").read_text(encoding="utf-8"))]]
@@ -253,8 +260,8 @@ def page(out, runs, rows):
         (example, method, sum(value for phase, value in seconds.items() if phase != "rest"), error)
         for example, method, seconds, error in points if error is not None])
     made = [("error_against_time.png", "Error against run time")]
-    made += [(name, name[:-4].replace("_", " ")) for name, _, _ in plots(out, runs) if (out / name).exists()]
-    drawn = [(f"blocks_{name}.png", name.replace("_", " ")) for name, *_ in renders() if (out / f"blocks_{name}.png").exists()]
+    made += [(name, caption(name[:-4])) for name, _, _ in plots(out, runs) if (out / name).exists()]
+    drawn = [(f"blocks_{name}.png", caption(name)) for name, *_ in renders() if (out / f"blocks_{name}.png").exists()]
     demo_page.write(out, HEAD, rows, made, drawn, views)
 
 

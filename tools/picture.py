@@ -44,7 +44,7 @@ QUANTITIES = {"displacement": ("displacement of each block (m)", lambda b: np.li
               "compression": ("largest compression of each block (Pa)", lambda b: b.compression)}
 DPI = 130
 WIDTH = 7.2  # inches
-TITLE, BAR, LEGEND = 0.26, 0.5, 0.3  # inches: above a panel, below all of them, above all of them
+TITLE, BAR, FOOT, LEGEND = 34, 65, 5, 39  # pixels: above a panel; below all of them, with a bar or without; above all of them
 FRAMES_A_SECOND = 15
 LARGEST_SCALE = 1e9  # beyond, corners lose their digits
 FORCE_COLOURS = plt.get_cmap("inferno_r")
@@ -133,7 +133,8 @@ def draw_blocks(axis, frame, given, box, limits, pixels):
     scale = pixels[0] / (box[1] - box[0])[0]
     image, depth = raster(corners, sizes[kept], colours_of(frame.blocks, given, limits)[block[kept]],
                           given.view, (box[0] + box[1]) / 2, scale, *pixels)
-    axis.imshow(image, extent=(box[0][0], box[1][0], box[0][1], box[1][1]), interpolation="nearest", zorder=1)
+    corner = axis.get_window_extent()
+    axis.figure.figimage(image, round(corner.x0), round(corner.y0), origin="upper", zorder=-1)  # imshow would resample
     return depth
 
 
@@ -231,16 +232,18 @@ def add_bars(figure, bars, given):
 
 
 class Layout:
-    """Panels of whole pixels: their images are not scaled."""
+    """Panels of whole pixels at whole pixels: their images are not scaled."""
 
     def __init__(self, box, count, width, given, bars):
         self.columns = 2 if count > 1 else 1
         rows = (count + self.columns - 1) // self.columns
         shape = np.clip((box[1] - box[0])[1] / (box[1] - box[0])[0], 0.2, 1.1)
-        self.pixels = (int(width * DPI / self.columns) - 6, int((width * DPI / self.columns - 6) * shape))
-        self.top, self.bottom = LEGEND if given.contacts else 0.0, BAR if bars else 0.04
-        self.panel = self.pixels[1] / DPI + TITLE
-        self.size = (width, self.top + self.bottom + rows * self.panel)
+        self.column = int(width * DPI / self.columns)
+        self.pixels = (self.column - 6, int((self.column - 6) * shape))
+        self.top, self.panel = LEGEND if given.contacts else 0, self.pixels[1] + TITLE
+        sides = self.column * self.columns, self.top + rows * self.panel + (BAR if bars else FOOT)
+        self.sides = [side + side % 2 for side in sides]  # as .mp4 wants it
+        self.size = [(side + 0.01) / DPI for side in self.sides]  # inches, that are rounded down to pixels
         low, high = box
         grown = (high - low)[0] * self.pixels[1] / self.pixels[0] - (high - low)[1]
         wide = max(0.0, -grown) * self.pixels[0] / self.pixels[1]
@@ -249,10 +252,9 @@ class Layout:
 
     def axes(self, figure, number):
         row, column = divmod(number, self.columns)
-        width, height = self.size
-        return figure.add_axes([(column * width / self.columns + 3 / DPI) / width,
-                                1 - (self.top + (row + 1) * self.panel) / height,
-                                self.pixels[0] / DPI / width, self.pixels[1] / DPI / height])
+        (width, height), (wide, high) = self.sides, self.pixels
+        return figure.add_axes([(column * self.column + 3) / width, 1 - (self.top + (row + 1) * self.panel) / height,
+                                wide / width, high / height])
 
 
 def paint(figure, frames, given, layout, bars):
@@ -277,9 +279,8 @@ def animation(frames, given):
     if not is_gif and shutil.which("ffmpeg") is None:
         sys.exit("quoin picture: .mp4 needs ffmpeg, which is not installed; .gif and .png do not")
     bars = bars_of(frames, given)
-    layout = Layout(box_of(frames, given.view, given.scale), 1, 5.0, given, bars)
-    even = [2 * round(side * DPI / 2) / DPI for side in layout.size]  # as .mp4 wants it
-    figure = plt.figure(figsize=even, dpi=DPI)
+    layout = Layout(box_of(frames, given.view, given.scale, given.hide), 1, 5.0, given, bars)
+    figure = plt.figure(figsize=layout.size, dpi=DPI)
     writer = (PillowWriter if is_gif else FFMpegWriter)(fps=FRAMES_A_SECOND)
     try:
         with writer.saving(figure, given.picture, dpi=DPI):

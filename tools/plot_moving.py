@@ -29,10 +29,10 @@ def panel(axis, rows, quantity):
         axis.loglog(seconds, values, marker=plot.MARKERS[number], markersize=5, linewidth=1, label=code,
                     color=QUOIN if ours else PEER_COLOURS[number - 1], linestyle="-" if ours else ":",
                     fillstyle="full" if ours else "none")
-        for second, value, row in zip(seconds, values, points):
+        for i, (second, value, row) in enumerate(zip(seconds, values, points)):
             # On the floor all codes lie on one line, where labels would cover each other.
             if value > LEAST[quantity] and (ours or number == len(codes) - 1):
-                axis.annotate(f"{1e3 * row['time_step']:g} ms", (second, value), fontsize=6.5, xytext=(3, 3),
+                axis.annotate(f"{1e3 * row['time_step']:g} ms", (second, value), fontsize=6.5, xytext=(3, 3 if i % 2 else -9),
                               textcoords="offset points", color="#555555")
     axis.set_ylabel(NAMES[quantity])
 

@@ -72,8 +72,7 @@ def draw(path, title, studies, by):
                     markersize=5.5, linewidth=1, label=name, **style(name, i))
     best = front(points)
     axis.loglog([p["cpu_seconds"] for p in best], [max(p["error"], LEAST) for p in best],
-                color="#bbbbbb", linewidth=5, alpha=0.5, zorder=0, label="Pareto front",
-                solid_capstyle="round")
+                color="#dddddd", linewidth=5, marker="o", markersize=11, markeredgewidth=0, zorder=0, label="Pareto front")
     axis.set(xlabel="CPU time of the run (s)", ylabel="error", title=title)
     axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     plot.save(figure, path)

@@ -41,6 +41,21 @@ sys.path.insert(0, sys.argv[1])
 import plot_run
 print(*(plot_run.edge_stress(12.0, (2.0, 3.0, off)) for off in (0.0, 1 / 3, -0.5, 0.5, 0.9)))
 """
+EXACT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy
+import picture
+drawn, raster = [], picture.raster
+picture.raster = lambda *words: drawn.append(raster(*words)) or drawn[-1]
+sys.argv[1:] = sys.argv[2:]
+picture.main()
+shown = numpy.asarray(picture.plt.imread(sys.argv[2])[..., :3] * 255 + 0.5, dtype="u1")
+for number, (image, _) in enumerate(drawn):
+    (high, wide), (row, column) = image.shape[:2], divmod(number, 2)
+    top, left = picture.TITLE + row * (high + picture.TITLE), 3 + column * (shown.shape[1] // 2)
+    print((shown[top:top + high, left:left + wide] == image).all())
+"""
 LABELS = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -147,6 +162,12 @@ class Pictures(FolderTest):
         done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
                               capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_panels_show_the_pixels_that_were_drawn(self):
+        self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
+        said = subprocess.run(["/usr/bin/python3", "-c", EXACT, SOURCE / "tools", self.folder / "run", self.folder / "p.png"],
+                              env={**os.environ, "QUOIN": str(QUOIN)}, check=True, capture_output=True, text=True).stdout
+        self.assertEqual(said.split(), ["True"] * 4)
 
     def test_plot_of_a_run(self):
         self.run_scene("group_stress.json")
