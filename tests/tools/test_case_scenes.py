@@ -1,14 +1,17 @@
-"""Every scene of tools/scenes/cases runs, unflagged, agrees with its references, and its ledger closes."""
+"""Every scene of tools/scenes/cases and study runs, unflagged, agrees with its references, and its ledger closes.
+A case file of `quoin validate` that says something wrong fails, and says what."""
+import copy
 import json
 import pathlib
 import subprocess
 import sys
+import tempfile
 
 quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
 LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
 PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
 failures = []
-scenes = sorted((root / "tools/scenes/cases").glob("*.json"))
+scenes = sorted(scene for kind in ("cases", "study") for scene in (root / "tools/scenes" / kind).glob("*.json"))
 for scene in scenes:
     done = subprocess.run([quoin, "run", scene, "--json"], capture_output=True, text=True)
     if done.returncode != 0:
@@ -18,12 +21,42 @@ for scene in scenes:
     failures += [f"{scene.name}: flag {flag}" for flag in summary["flags"]]
     failures += [f"{scene.name}: {r['name']}: error {r['error']:.3g}, allowed {r['allowed']}"
                  for r in summary["references"] if not (r["ok"] and r["steps_compared"] > 0)]
+    if scene.parent.name == "study" and not summary["largest_overlap"] < 1e-12:
+        failures.append(f"{scene.name}: overlap {summary['largest_overlap']:.3g} m")
     energy = summary["energy"]
     turned_over = sum(abs(energy[part]) for part in PARTS)
     if not abs(energy["closure"]) <= 1e-5 * turned_over + 1e-9:
         failures.append(f"{scene.name}: the ledger is off by {energy['closure']:.3g} J of {turned_over:.3g} J")
     failures += [f"{scene.name}: {loss} {energy[loss]:.3g} J" for loss in LOSSES
                  if not energy[loss] >= -1e-7 * turned_over - 1e-9]
+
+CASE = json.loads((root / "tools/scenes/validation/V03.json").read_text())
+
+
+def validated(change):
+    """Exit code and output of `quoin validate` on a case file that is changed so."""
+    with tempfile.TemporaryDirectory() as folder:
+        document = copy.deepcopy(CASE)
+        change(document["cases"])
+        (pathlib.Path(folder) / "V03.json").write_text(json.dumps(document))
+        done = subprocess.run([quoin, "validate", "--folder", folder], capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+
+for what, change, code, said in (
+        ("as it is", lambda cases: None, 0, "21 rows, 0 not ok"),
+        ("a wrong reference", lambda cases: cases["rows"][0].update(exact="0.14"), 1, "21 rows, 3 not ok"),
+        ("a wrong bound", lambda cases: cases["rows"][0].update(at_least=1e9), 1, "21 rows, 3 not ok"),
+        ("NaN", lambda cases: cases["rows"][0].update(result="0/0"), 1, "21 rows, 3 not ok"),
+        ("a flag that is not raised", lambda cases: cases["runs"][0].update(flags=["overlap"]), 1, "flags other than"),
+        ("a run that breaks off", lambda cases: cases["runs"][0].update(set={"/stages": [{"analysis": "static"}],
+                                                                          "/end_time": None}), (1, 2), "stage"),
+        ("a name that there is not", lambda cases: cases["rows"][0].update(result="c_dx"), 2, "c_dx"),
+        ("no number", lambda cases: cases["rows"][0].pop("result"), (1, 2), "result")):
+    got, text = validated(change)
+    if got not in (code if isinstance(code, tuple) else (code,)) or said not in text:
+        failures.append(f"quoin validate, {what}: exit code {got}: {text[-300:]}")
+
 for failure in failures:
     print("failed:", failure)
 print("all passed" if scenes and not failures else f"{len(failures)} failed of {len(scenes)} scenes")

@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -14,13 +14,20 @@
 
 #include "commands.hpp"
 #include "path_to_write.hpp"
+#include "scene_file/cases.hpp"
 #include "scene_file/scene_error.hpp"
-#include "stability/cell.hpp"
 
 namespace quoin::commands {
 namespace {
 
-using stability::Cell;
+/// A run of a case file, with its one row.
+struct Cell {
+  const scene_file::CaseFile* file;
+  scene_file::CaseRun run;
+
+  /// "penalty / slide / paper": what is varied and the run.
+  std::string name() const { return run.parameters.at(0).first + " / " + run.name; }
+};
 
 struct Arguments {
   bool json = false, quick = false;
@@ -30,63 +37,36 @@ struct Arguments {
 
 constexpr double kMostFlagged = 0.1;  // of all cells: a table of flags judges nothing
 
-struct Judged {
-  std::string verdict;
-  std::vector<std::string> flags{};
-  stability::Result result{};
-  double seconds = 0.0;
-};
-
-/// Only the source's own methods may leave a step unsolved, where the list says so.
-bool must_converge(const Cell& cell) {
-  return cell.method != solver::ContactMethod::Paper &&
-         cell.method != solver::ContactMethod::Penalty;
-}
-
-std::string verdict_of(const Cell& cell, const Judged& judged,
-                       const std::vector<std::string>& expected) {
-  if (judged.result.evidence.unconverged > 0 && must_converge(cell)) return "unconverged";
-  if (judged.flags != expected) return "unexpected";
-  if (!judged.flags.empty()) return "flagged";
-  return judged.result.error <= cell.allowed ? "right" : "wrong";
-}
-
-Judged judge(const Cell& cell, const std::vector<std::string>& expected) {
-  Judged judged;
-  const auto start = std::chrono::steady_clock::now();
-  judged.result = cell.run();
-  judged.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  judged.flags = stability::flag_names(judged.result.evidence);
-  judged.verdict = verdict_of(cell, judged, expected);
-  return judged;
-}
-
-double solves_per_step(const stability::Evidence& evidence) {
-  return static_cast<double>(evidence.solves) / static_cast<double>(std::max(evidence.steps, 1L));
+std::string verdict_of(const Cell& cell, const scene_file::CaseOutcome& outcome) {
+  if (outcome.unconverged > 0 && !outcome.may_fail) return "unconverged";
+  if (outcome.flags != cell.run.flags) return "unexpected";
+  if (!outcome.flags.empty()) return "flagged";
+  const bool right = std::ranges::all_of(outcome.rows, [](const auto& row) { return row.ok; });
+  return right ? "right" : "wrong";
 }
 
 nlohmann::ordered_json parameters_of(const Cell& cell) {
   nlohmann::ordered_json parameters;
-  for (const stability::Parameter& p : cell.parameters) parameters[p.name] = p.value;
+  for (const auto& [name, value] : cell.run.parameters) parameters[name] = value;
   return parameters;
 }
 
-nlohmann::ordered_json to_json(const Cell& cell, const Judged& judged,
-                               const std::vector<std::string>& expected) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
-  };
+nlohmann::ordered_json judged(const Cell& cell) {
+  const scene_file::CaseOutcome outcome = cell.file->run(cell.run);
+  const scene_file::CaseRow& row = outcome.rows.at(0);
   nlohmann::ordered_json object;
-  object["cell"] = stability::row_name(cell);
+  object["cell"] = cell.name();
   object["parameters"] = parameters_of(cell);
-  object["verdict"] = judged.verdict;
-  object["flags"] = judged.flags;
-  object["expected_flags"] = expected;
-  object["error"] = number(judged.result.error);
-  object["allowed"] = cell.allowed;
-  object["solves_per_step"] = solves_per_step(judged.result.evidence);
-  object["unconverged_steps"] = judged.result.evidence.unconverged;
-  object["seconds"] = judged.seconds;
+  object["verdict"] = verdict_of(cell, outcome);
+  object["flags"] = outcome.flags;
+  object["expected_flags"] = cell.run.flags;
+  object["error"] =
+      std::isfinite(row.error) ? nlohmann::ordered_json(row.error) : nlohmann::ordered_json();
+  object["allowed"] = row.allowed;
+  object["solves_per_step"] =
+      static_cast<double>(outcome.solves) / static_cast<double>(std::max(outcome.steps, 1L));
+  object["unconverged_steps"] = outcome.unconverged;
+  object["seconds"] = outcome.seconds;
   return object;
 }
 
@@ -142,18 +122,21 @@ void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows
   std::filesystem::rename(part, path);
 }
 
-std::vector<Cell> chosen_cells(const Arguments& arguments) {
+std::vector<Cell> chosen_cells(const Arguments& arguments,
+                               const std::vector<scene_file::CaseFile>& files) {
   std::regex wanted;
   try {
     wanted = arguments.filter;
   } catch (const std::regex_error& error) {
     throw std::invalid_argument("--filter " + arguments.filter + ": " + error.what());
   }
-  std::vector<Cell> cells = stability::all_cells(
-      arguments.quick ? stability::Extent::Quick : stability::Extent::Full, shared_file("scenes"));
-  std::erase_if(cells, [&](const Cell& cell) {
-    return !std::regex_search(stability::row_name(cell), wanted);
-  });
+  std::vector<Cell> cells;
+  for (const scene_file::CaseFile& file : files) {
+    for (scene_file::CaseRun& run : file.runs(arguments.quick)) {
+      cells.push_back({&file, std::move(run)});
+      if (!std::regex_search(cells.back().name(), wanted)) cells.pop_back();
+    }
+  }
   if (cells.empty()) throw std::invalid_argument("--filter " + arguments.filter + ": no such cell");
   return cells;
 }
@@ -181,21 +164,19 @@ bool sum_up(const nlohmann::ordered_json& list, bool whole) {
 }
 
 int run(const Arguments& arguments) {
-  const std::vector<Cell> cells = chosen_cells(arguments);
-  const stability::ExpectedFlags expected(
-      stability::all_cells(stability::Extent::Full, shared_file("scenes")));
+  const std::vector<scene_file::CaseFile> files =
+      scene_file::read_cases(shared_file("scenes/stability"));
+  const std::vector<Cell> cells = chosen_cells(arguments, files);
   Rows left = arguments.out.empty() ? Rows() : read_rows(arguments.out);
   const bool progress = isatty(STDERR_FILENO) != 0;
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
-    const auto known = left.extract(key(stability::row_name(cell), parameters_of(cell)));
+    const auto known = left.extract(key(cell.name(), parameters_of(cell)));
     if (progress) {
-      std::fprintf(stderr, "\r\033[K%zu of %zu: %s", i + 1, cells.size(),
-                   stability::row_name(cell).c_str());
+      std::fprintf(stderr, "\r\033[K%zu of %zu: %s", i + 1, cells.size(), cell.name().c_str());
     }
-    list.push_back(known ? known.mapped()
-                         : to_json(cell, judge(cell, expected.of(cell)), expected.of(cell)));
+    list.push_back(known ? known.mapped() : judged(cell));
     if (!arguments.out.empty()) write_rows(arguments.out, list, left);
     if (!arguments.json) print(list.back());
   }

@@ -1,19 +1,21 @@
 /// quoin validate [CASE…]: the cases with exact answers, or how they converge, as a table or JSON.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "validation/cases.hpp"
+#include "scene_file/cases.hpp"
 
 namespace quoin::commands {
 namespace {
 
-using validation::Case;
-using validation::Refined;
-using validation::Row;
-using validation::Series;
+using Row = scene_file::CaseRow;
+using Series = scene_file::CaseSeries;
+using Cases = std::vector<scene_file::CaseFile>;
 
 void print_head() {
   std::printf("%-4s %-68s %20s %20s %10s %10s %-3s %8s\n", "case", "quantity", "exact", "result",
@@ -33,20 +35,13 @@ nlohmann::ordered_json to_json(const Row& row) {
           {"ok", row.ok},          {"seconds", row.seconds}};
 }
 
-const Case* find_case(const std::string& name) {
-  for (const Case& which : validation::cases()) {
-    if (which.name == name) return &which;
-  }
-  return nullptr;
-}
-
 /// NaN is null: JSON has no other word for it.
 nlohmann::ordered_json number(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
 }
 
 void print(const Series& series) {
-  const bool penalty = series.refined == Refined::Penalty;
+  const bool penalty = series.refined == "penalty";
   std::printf("%s  %s against %s\n", series.case_name.c_str(), series.quantity.c_str(),
               penalty ? "penalty [N/m]" : "dt [s]");
   for (std::size_t i = 0; i < series.errors.size(); ++i) {
@@ -69,7 +64,7 @@ void print(const Series& series) {
 nlohmann::ordered_json to_json(const Series& series) {
   return {{"case", series.case_name},
           {"quantity", series.quantity},
-          {"refined", series.refined == Refined::Penalty ? "penalty" : "time_step"},
+          {"refined", series.refined},
           {"values", series.values},
           {"errors", series.errors},
           {"order", number(series.order())},
@@ -81,35 +76,81 @@ nlohmann::ordered_json to_json(const Series& series) {
           {"seconds", series.seconds}};
 }
 
-/// The cases by name, all when none is named. An unknown one is told, and the answer is empty.
-std::vector<const Case*> choose(const std::vector<std::string>& names) {
-  std::vector<const Case*> chosen;
-  for (const std::string& name : names) {
-    chosen.push_back(find_case(name));
-    if (chosen.back() != nullptr) continue;
-    std::fprintf(stderr, "quoin validate: there is no case %s (quoin validate --list names them)\n",
-                 name.c_str());
-    return {};
-  }
-  if (names.empty()) {
-    for (const Case& which : validation::cases()) chosen.push_back(&which);
-  }
-  return chosen;
-}
+struct Options {
+  std::vector<std::string> names;
+  std::string folder;
+  bool json = false, list = false, convergence = false;
+};
 
-/// Runs `results` of each case and shows them; kFailed when one is not ok.
-template <class Results, class Ok>
-int show(const std::vector<const Case*>& chosen, bool json, Results results, Ok ok) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  std::size_t count = 0, failed = 0;
-  for (const Case* which : chosen) {
-    for (const auto& result : results(*which)) {
-      ++count;
-      failed += ok(result) ? 0U : 1U;
-      json ? list.push_back(to_json(result)) : print(result);
+/// The cases by name, all when none is named. Throws std::invalid_argument for an unknown one.
+Cases choose(const Options& options) {
+  Cases cases = scene_file::read_cases(options.folder.empty() ? shared_file("scenes/validation")
+                                                              : options.folder);
+  for (const std::string& name : options.names) {
+    const auto is_meant = [&](const auto& which) { return which.name() == name; };
+    if (std::ranges::none_of(cases, is_meant)) {
+      throw std::invalid_argument("there is no case " + name +
+                                  " (quoin validate --list names them)");
+    }
+    const auto has_series = [&](const auto& which) {
+      return is_meant(which) && which.has_series();
+    };
+    if (options.convergence && std::ranges::none_of(cases, has_series)) {
+      throw std::invalid_argument(name + " has no series against time step or penalty");
     }
   }
-  if (json) {
+  std::erase_if(cases, [&](const auto& which) {
+    return !options.names.empty() && std::ranges::count(options.names, which.name()) == 0;
+  });
+  return cases;
+}
+
+int list(const Options& options) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const auto& which : choose(options)) {
+    if (!options.json) std::printf("%-4s %s\n", which.name().c_str(), which.title().c_str());
+    all.push_back({{"case", which.name()}, {"title", which.title()}});
+  }
+  if (options.json) std::printf("%s\n", all.dump(1).c_str());
+  return kDone;
+}
+
+/// Flags that a run raised and its file does not name, or the other way round: a row of their own.
+std::vector<Row> rows_of(const scene_file::CaseFile& which, const scene_file::CaseRun& run) {
+  scene_file::CaseOutcome outcome = which.run(run);
+  if (outcome.flags != run.flags) {
+    std::string flags;
+    for (const std::string& flag : outcome.flags) flags += " " + flag;
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    outcome.rows.push_back({.case_name = which.name(),
+                            .quantity = run.name + ": flags other than the file's:" + flags,
+                            .result = none,
+                            .error = none});
+  }
+  return outcome.rows;
+}
+
+/// Runs the cases and shows their rows or series; kFailed when one is not ok.
+int validate(const Options& options) {
+  const Cases cases = choose(options);
+  if (!options.json && !options.convergence) print_head();
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::size_t count = 0, failed = 0;
+  const auto show = [&](const auto& result, bool ok) {
+    ++count;
+    failed += ok ? 0U : 1U;
+    options.json ? list.push_back(to_json(result)) : print(result);
+  };
+  for (const auto& which : cases) {
+    if (options.convergence) {
+      for (const Series& series : which.series()) show(series, series.ok());
+      continue;
+    }
+    for (const auto& run : which.runs()) {
+      for (const Row& row : rows_of(which, run)) show(row, row.ok);
+    }
+  }
+  if (options.json) {
     std::printf("%s\n", list.dump(1).c_str());
   } else {
     std::printf("%zu rows, %zu not ok\n", count, failed);
@@ -117,59 +158,22 @@ int show(const std::vector<const Case*>& chosen, bool json, Results results, Ok 
   return failed == 0 ? kDone : kFailed;
 }
 
-int list(const std::vector<std::string>& names, bool json) {
-  const std::vector<const Case*> chosen = choose(names);
-  if (chosen.empty()) return kBadInput;
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
-  for (const Case* which : chosen) {
-    if (!json) std::printf("%-4s %s\n", which->name.data(), which->title.data());
-    all.push_back({{"case", which->name}, {"title", which->title}});
-  }
-  if (json) std::printf("%s\n", all.dump(1).c_str());
-  return kDone;
-}
-
-int validate(const std::vector<std::string>& names, bool json) {
-  const std::vector<const Case*> chosen = choose(names);
-  if (chosen.empty()) return kBadInput;
-  if (!json) print_head();
-  return show(chosen, json, validation::run, [](const Row& row) { return row.ok; });
-}
-
-int converge(const std::vector<std::string>& names, bool json) {
-  const std::vector<const Case*> chosen = choose(names);
-  if (chosen.empty()) return kBadInput;
-  for (const Case* which : chosen) {
-    if (names.empty() || which->converge != nullptr) continue;
-    std::fprintf(stderr, "quoin validate: %s has no series against time step or penalty\n",
-                 which->name.data());
-    return kBadInput;
-  }
-  return show(chosen, json, validation::converge, [](const Series& series) { return series.ok(); });
-}
-
 }  // namespace
 
 void add_validate_command(CLI::App& app, int& exit_code) {
-  struct Options {
-    std::vector<std::string> names;
-    bool json = false;
-    bool list = false;
-    bool convergence = false;
-  };
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "validate", "Runs the cases with exact answers; exit code 1 when a row is not ok");
   command->add_option("case", options->names, "Cases to run, such as V05 (default: all)");
+  command->add_option("--folder", options->folder, "Case files, JSON (default: those of quoin)");
   command->add_flag("--json", options->json, "A list of objects instead of a table");
   command->add_flag("--convergence", options->convergence,
                     "Errors against time step and penalty instead, for the cases that have such "
                     "series (picture: plot_convergence.py)");
   command->add_flag("--list", options->list, "Names and titles of the cases, which are not run");
   command->callback([options, &exit_code] {
-    exit_code = options->list          ? list(options->names, options->json)
-                : options->convergence ? converge(options->names, options->json)
-                                       : validate(options->names, options->json);
+    exit_code = run_guarded([&] { return options->list ? list(*options) : validate(*options); },
+                            "quoin validate");
   });
 }
 

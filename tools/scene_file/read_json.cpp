@@ -152,6 +152,14 @@ void put_numbers(json& value, const std::string& pointer, const Parameters& para
   }
 }
 
+/// Leaves a formula as it is that names what is no number yet.
+void put_number_if_known(json& value, const Parameters& parameters) {
+  try {
+    put_numbers(value, "", parameters);
+  } catch (const SceneError&) {
+  }
+}
+
 Parameters numbers(const json& parameters) {
   Parameters known;
   for (const auto& [name, value] : parameters.items()) {
@@ -214,7 +222,12 @@ Parameters expand(nlohmann::json& document, const std::vector<std::string>& chan
                        "must be an object of names and numbers, is " + shown(stated));
     }
     parameters = numbers(stated);
-    put_numbers(stated, "/parameters", parameters);  // those made from others
+    for (std::size_t known = 0; known < parameters.size();) {  // those made from others, in turns
+      known = parameters.size();
+      for (auto& value : stated) put_number_if_known(value, parameters);
+      parameters = numbers(stated);
+    }
+    put_numbers(stated, "/parameters", parameters);  // what is left tells what is wrong with it
     parameters = numbers(stated);
   }
   put_numbers(document, "", parameters);
