@@ -229,7 +229,7 @@ def batch_goal_table(result):
         row("apart by more than the reach", "15", f"{text('B/apart-1000', 'find')} in `find`, of which the search for "
             f"candidates {text('B/apart-1000', 'candidates alone')}"),
         row("W3, boxes and 32 vertices", "40, 70",
-            f"{text('W3/box', 'quoin warm')} and {text('W3/32', 'quoin warm')} one by one; batched: [limits](#distances-in-a-batch)"),
+            f"{text('W3/box', 'quoin warm')} and {text('W3/32', 'quoin warm')} one by one"),
         row("flush bricks, whole manifold", "120", f"{text('W4/box-overlap', 'quoin batch')} with history"),
         row("flush prisms of 5–10 sides", "300", f"{text('W4/prism-overlap', 'quoin batch')} with history"),
         row("`find` of 1e5 bricks, a touching pair", "250", text("B/find-100000", "find")),
