@@ -83,7 +83,15 @@ void show_step(const StepView& view, const std::vector<Monitor>& monitors, const
   put("largest_speed", report.largest_speed);
   put("omega_dt", report.stiffest_omega_dt);
   put("damping", report.numerical_damping);
+  put("unbalance", report.unbalance);
   put("kinetic", energy.kinetic);
+  put("potential", energy.potential);
+  put("strain", energy.strain);
+  put("work", energy.work);
+  put("closure", energy.closure);
+  put("friction_loss", energy.friction_loss);
+  put("impact_loss", energy.impact_loss);
+  put("algorithmic_loss", energy.algorithmic_loss);
   put("mechanical", energy.mechanical());
   const auto put_vector = [&](const std::string& name, const Vector3& v) {
     for (int i = 0; i < 3; ++i) put(name + static_cast<char>('x' + i), v[i]);
