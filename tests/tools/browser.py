@@ -136,23 +136,34 @@ class Browser:
         self.profile.cleanup()
 
 
-MEASURED = """(() => { const sums = [0, 0, 0], n = Math.min(quoin.frames, 20), gl = quoin.renderer.getContext(), pixel = new Uint8Array(4);
+STEPS = "for (let i = 0; i < 100; ++i) { quoin.show(i % quoin.frames); quoin.draw(); }"
+SHOWN = """(() => { const start = performance.now(), n = 2, gl = quoin.renderer.getContext(), pixel = new Uint8Array(4);
     for (let i = 0; i < n; ++i) {
-      const start = performance.now();
       quoin.show(Math.floor(i * quoin.frames / n));
-      const shown = performance.now();
       quoin.draw();
-      const drawn = performance.now();
       gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);  // waits for the picture
-      [shown - start, drawn - shown, performance.now() - start].forEach((ms, k) => { sums[k] += ms / n; });
     }
-    return sums; })()"""
+    const {triangles, calls} = quoin.renderer.info.render;
+    return [(performance.now() - start) / n, triangles, calls]; })()"""
 
-if __name__ == "__main__":  # browser.py PAGE: how fast a page of `quoin view` opens and goes through its times
+
+def measure(path):
+    """How fast a page of `quoin view` opens and goes through its times."""
     browser = Browser()
+    browser.page("Performance.enable", timeDomain="threadTicks")
     browser.size(1280, 800)
-    opened = browser.open(sys.argv[1])
-    shown, drawn, whole = browser.value(MEASURED)
-    print(f"opens in {opened:.1f} s; a time: {shown:.0f} ms to place and paint the blocks, {drawn:.0f} ms to give them to GL, "
-          f"{whole:.0f} ms until the picture is there ({1000 / whole:.2g} a second); {browser.trouble() or 'no error, no request'}")
+
+    def used():
+        return next(m["value"] for m in browser.page("Performance.getMetrics")["metrics"] if m["name"] == "ThreadTime")
+
+    opened, opening = browser.open(path, limit=600), used()
+    browser.value(STEPS)
+    stepped = 10 * (used() - opening)
+    shown, triangles, calls = browser.value(SHOWN)
+    print(f"opens in {opened:.1f} s, {opening:.2f} s of the processor; a time: {stepped:.1f} ms of the processor for JavaScript, {triangles} "
+          f"triangles in {calls} draws, {shown:.0f} ms until the picture is there; {browser.trouble() or 'no error, no request'}")
     browser.close()
+
+
+if __name__ == "__main__":  # browser.py PAGE
+    measure(sys.argv[1])

@@ -82,8 +82,7 @@ export class Joints {
     this.widest = {crack: null, width: 0};  // of the frame that is shown
     this.objects = Object.values(this.layers).map((layer) => layer.object);
     this.show = {polygons: false, forces: 'none', cracks: false, points: false, pressure: false};
-    this.known = -1;
-    this.list = [];
+    this.frame = 0;
     this.largest = this.high = 0;
     this.measure();
   }
@@ -112,15 +111,22 @@ export class Joints {
     return best;
   }
 
-  update(frame) {
-    const k = this.kept(frame);
+  // Joints of the frame, added up when they are asked for
+  get list() {
+    const k = this.kept(this.frame);
     if (k !== this.known) {
       this.known = k;
-      this.list = k < 0 ? [] : jointsOf(this.columns, this.first[k], this.first[k + 1]);
+      this.found = k < 0 ? [] : jointsOf(this.columns, this.first[k], this.first[k + 1]);
     }
+    return this.found;
+  }
+
+  update(frame) {
+    const {polygons, forces, points} = this.show;
+    this.frame = frame;
     for (const layer of Object.values(this.layers)) layer.clear();
     if (this.head.kind === 'pairs') this.drawPair(this.head.pairs[frame], frame);
-    else this.list.forEach((joint) => this.draw(joint, this.shift(joint, frame)));
+    else if (polygons || points || forces !== 'none') this.list.forEach((joint) => this.draw(joint, this.shift(joint, frame)));
     if (this.show.cracks) this.widest = this.opened().draw(frame, this.layers.polygons, this.layers.lines);
     for (const layer of Object.values(this.layers)) layer.upload();
   }

@@ -64,7 +64,7 @@ class Viewer {
 
   home(direction = [-0.45, -1, 0.42]) {
     const back = new Vector3(...direction).normalize(), right = new Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
-    const tan = Math.tan(this.camera.fov * Math.PI / 360) / 1.08, ends = [this.low, this.high];
+    const tan = Math.tan(this.camera.fov * Math.PI / 360) / (this.marks.list.length > 0 ? 1.25 : 1.08), ends = [this.low, this.high];
     const away = Math.max(...Array.from({length: 8}, (_, i) => new Vector3(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z).sub(this.middle)).map(
         (c) => c.dot(back) + Math.max(Math.abs(c.dot(up)), Math.abs(c.dot(right)) / this.camera.aspect) / tan));
     this.controls.target.copy(this.middle);
