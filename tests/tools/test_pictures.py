@@ -56,6 +56,25 @@ for number, (image, _) in enumerate(drawn):
     top, left = picture.TITLE + row * (high + picture.TITLE), 3 + column * (shown.shape[1] // 2)
     print((shown[top:top + high, left:left + wide] == image).all())
 """
+JOINTS = """
+import csv
+import sys
+sys.path.insert(0, sys.argv[1])
+import plot_run
+run = sys.argv[2]
+blocks = plot_run.Blocks(plot_run.series(run, "blocks")[-1][1])
+joints = plot_run.Contacts(plot_run.series(run, "contacts")[-1][1]).joints()
+chain = plot_run.chain_of(joints, blocks)
+with open(run + "/joints.csv", encoding="utf-8") as file:
+    rows = {(int(row["a"]), int(row["b"])): row for row in csv.DictReader(file)}
+for number, up in zip(chain, plot_run.thrust_up(joints, chain, [0, 2])):
+    joint = joints[number]
+    row = rows[joint["a"], joint["b"]]
+    edge = plot_run.edge_stress(joint["normal"], plot_run.section_of(joint, up))
+    for one, other in ((joint["normal"], "normal_force"), (joint["shear"], "shear_force"), (edge, "edge_stress"),
+                       (joint["normal"] / joint["area"], "normal_stress")):
+        print(one, row[other])
+"""
 LABELS = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -189,6 +208,17 @@ class Pictures(FolderTest):
                               text=True).stdout.split()
         for found, exact in zip(said, (2.0, 4.0, 16 / 3, 16 / 3, 80 / 3), strict=True):  # N/A, 2N/A, 2N/(3 a b)
             self.assertAlmostEqual(float(found), exact, places=9)
+
+    def test_joints_of_a_plot_are_those_of_the_run(self):
+        scene = self.folder / "arch.json"
+        subprocess.run([QUOIN, "make", "arch", "--out", scene], check=True)
+        self.run_scene(scene)
+        said = subprocess.run(["/usr/bin/python3", "-c", JOINTS, SOURCE / "tools", self.folder / "run"], check=True,
+                              capture_output=True, text=True).stdout.splitlines()
+        self.assertGreater(len(said), 40)
+        for line in said:
+            found, exact = map(float, line.split())
+            self.assertAlmostEqual(found, exact, delta=1e-9 * max(1, abs(exact)))
 
     def test_stages_are_told(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")

@@ -112,6 +112,14 @@ class View(FolderTest):
         value = self.opened(run)
         value("quoin.show(quoin.frames - 1)")
         value("(s => { s.value = 'joints'; s.dispatchEvent(new Event('change')); })(document.getElementById('forces'))")
+        found = value("quoin.joints.list.filter(j => j.pressing > 0).map(j => [j.a, j.b, ...j.force, ...j.centre.map((x, k) => "
+                      "x + quoin.head.offset[k]), j.area, j.alongNormal, j.shear])")
+        rows = [row for row in self.table(run / "joints.csv") if float(row["normal_force"]) > 0]
+        columns = ("a", "b", "fx", "fy", "fz", "x", "y", "z", "area", "normal_force", "shear_force")
+        largest = max(float(row["normal_force"]) for row in rows)
+        for one, row in zip(sorted(found), sorted(rows, key=lambda row: (int(row["a"]), int(row["b"]))), strict=True):
+            for number, column in zip(one, columns, strict=True):
+                self.assertAlmostEqual(number, float(row[column]), delta=1e-5 * (1 if column in "xyzarea" else largest), msg=column)
         a, b, *place = value("""(() => { let best = quoin.joints.list[0];
             for (const j of quoin.joints.list) if (Math.hypot(...j.force) > Math.hypot(...best.force)) best = j;
             return [best.a, best.b, ...quoin.onPage(best.centre)]; })()""")
@@ -186,6 +194,7 @@ class View(FolderTest):
         self.browser.size(390, 844, 2, True)
         self.browser.open(self.folder / "page.html")
         self.assertTrue(value("document.documentElement.scrollWidth <= innerWidth"))
+        self.assertEqual(value("document.getElementById('view').clientWidth"), 390)  # the panel stands below
         self.clean()
 
     def test_fingers(self):
@@ -204,6 +213,8 @@ class View(FolderTest):
         self.assertAlmostEqual(value(far) / away, 1, delta=1e-6)
         self.browser.swipe((x - 20, y, x - 80, y), (x + 20, y, x + 80, y))
         self.assertLess(value(far) / away, 0.7)
+        self.assertGreater(value(f"quoin.pick({x + 4}, {y})"), -1)
+        self.browser.swipe((x - 4, y, x - 4, y), (x + 4, y, x + 4, y), steps=1)  # a tap of two is none
         self.assertEqual(value("quoin.state.picked"), -1)
         value("quoin.home(), quoin.draw()")
         block, *place = value("[3, ...quoin.onPage(quoin.blocks.moved(3, 0, 0, 0))]")
@@ -261,6 +272,9 @@ class View(FolderTest):
         area = value("""(() => { const c = quoin.blocks.uniforms.cut.value, [o] = quoin.section.outlines(1, [c.x, c.y, c.z], c.w);
             let a = 0; o.forEach((p, i) => { const q = o[(i + 1) % o.length]; a += (p[1] * q[2] - p[2] * q[1]) / 2; }); return Math.abs(a); })()""")
         self.assertAlmostEqual(area / (sides[0] * sides[1]), 1, delta=1e-6)
+        off = value("""(c => quoin.section.outlines(1, [c.x, c.y, c.z], c.w).flat().map(p => c.x * p[0] + c.y * p[1] + c.z * p[2] - c.w))
+            (quoin.blocks.uniforms.cut.value)""")
+        self.assertLess(max(map(abs, off)), 1e-6)  # in the plane
         self.assertTrue(value("quoin.section.faces.object.visible"))
         self.clean()
 
@@ -338,6 +352,8 @@ class View(FolderTest):
         self.assertEqual(value("quoin.blocks.count"), 4)
         self.assertEqual(value("quoin.joints.list.length"), 3)
         self.assertIn("3 touching pairs", value("document.getElementById('facts').textContent"))
+        through = "quoin.blocks.pick([0, 0, {}].map((x, k) => x - quoin.head.offset[k]), [0, 0, {}], 0)"
+        self.assertEqual([value(through.format(9, -20)), value(through.format(-9, 20))], [3, 0])  # the first on the ray
         self.clean()
 
     def test_pairs(self):

@@ -104,3 +104,24 @@ TEST_CASE("raster: a face in full light is as bright as its colour allows, the e
   CHECK(image.polygons[0] == raster::kNone);
   CHECK_THROWS_AS(raster::draw({drawn.corners, drawn.first, {}}, view), std::invalid_argument);
 }
+
+TEST_CASE("raster: a box throws its shadow, edges are dark, light that comes aslant is weaker") {
+  Drawn drawn;
+  drawn.add(geometry::Body(geometry::make_box({-4, -4, -1}, {4, 4, 0})), 0);
+  drawn.add(geometry::Body(geometry::make_box({-1, -1, 0}, {1, 1, 1})), 1);
+  raster::View view{.width = 100, .height = 100};
+  view.scale = 10.0;
+  view.light = {-1, 0, 1};
+  const raster::Image image = raster::draw({drawn.corners, drawn.first, drawn.colours}, view);
+  const auto brightness = [&](double x, double y) {
+    const int column = 50 + static_cast<int>(std::floor(10 * x)),
+              row = 49 - static_cast<int>(std::floor(10 * y));
+    return static_cast<double>(image.rgb[3 * static_cast<std::size_t>(100 * row + column)]);
+  };
+  const double dark = 255 * 0.5 * 0.64, lit = 255 * 0.5 * (0.64 + 0.42 * std::sqrt(0.5));
+  CHECK(std::abs(brightness(1.55, 0.05) - dark) < 1.0);
+  for (const auto& [x, y] : {std::pair{2.55, 0.05}, {1.55, 2.05}, {-1.55, 0.05}, {0.55, 0.05}}) {
+    CHECK(std::abs(brightness(x, y) - lit) < 1.0);
+  }
+  CHECK(brightness(0.95, 0.05) < 0.8 * lit);
+}
