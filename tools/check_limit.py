@@ -184,7 +184,7 @@ def check(path, scene=None):
     return document["value"], "; ".join(filter(None, [*wrong, proof])), size
 
 def judge(folder, scene=None):
-    values, bad, scene = {}, 0, scene and json.loads(pathlib.Path(scene).read_text(encoding="utf-8"))
+    values, bad, scene = {}, 0, scene and check_limit_scene.read(scene)
     for path in sorted(p for end in ("stands", "falls", "mechanism") for p in pathlib.Path(folder).glob(f"*{end}.json")):
         try:
             value, wrong, size = check(path, scene)

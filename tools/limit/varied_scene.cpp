@@ -1,6 +1,7 @@
 #include "limit/varied_scene.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -65,6 +66,20 @@ Vary parse_vary(const std::string& text) {
     refuse(text, "angles lie in [0, 90) degrees");
   }
   return vary;
+}
+
+std::vector<std::string> with_static_stage(const std::string& path,
+                                           std::vector<std::string> changes) {
+  const nlohmann::json document = scene_file::read_json(path);
+  const auto is_given = [&](const std::string& key) {
+    return document.contains(key) || std::ranges::any_of(changes, [&](const std::string& change) {
+             return change.starts_with("/" + key);
+           });
+  };
+  if (document.is_object() && !is_given("stages") && !is_given("end_time")) {
+    changes.emplace_back(R"(/stages=[{"analysis": "static"}])");
+  }
+  return changes;
 }
 
 namespace {

@@ -26,6 +26,11 @@ struct Vary {
 /// Of WHAT=FROM:TO. Throws std::invalid_argument.
 Vary parse_vary(const std::string& text);
 
+/// `changes`, with one that makes a scene without "stages" or "end_time" a static stage under its
+/// loads. Throws what scene_file::read_json does.
+std::vector<std::string> with_static_stage(const std::string& path,
+                                           std::vector<std::string> changes);
+
 /// One value, what was solved there and what came out.
 struct Trial {
   double value = 0.0;

@@ -356,6 +356,7 @@ void add_limit_command(CLI::App& app, int& exit_code) {
       if (int{varies} + int{thrusts} + int{arguments->each} != 1) {
         throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
       }
+      arguments->changes = limit_analysis::with_static_stage(arguments->scene, arguments->changes);
       if (arguments->each) return each(*arguments);
       return thrusts ? thrust(*arguments) : limit(*arguments);
     };
