@@ -33,10 +33,7 @@ Found touching(const Body& a, const Body& b, const Vector3& across) {
   geometry::LateInit<geometry::ContactPolygon> faces;
   geometry::Optimum optimum(faces);
   const geometry::Lengths length = geometry::lengths(pair.a, pair.b, 0.0);
-  geometry::FacingFaces facing;
-  const bool proved =
-      facing.find(pair.a, pair.b, across, -1.0 + 1e-6, length.rounding) &&
-      geometry::touching_faces(pair.a, pair.b, length, facing, geometry::SharedWidth::Any, optimum);
+  const bool proved = geometry::touching_faces(pair.a, pair.b, length, across, optimum);
   return {proved, optimum.plane.gap};
 }
 

@@ -10,11 +10,11 @@
 #include "certify/feature_normal.hpp"
 #include "contact/contact_corners.hpp"
 #include "contact/contact_patch.hpp"
+#include "contact/facing_faces.hpp"
 #include "contact/point_frame.hpp"
 #include "numeric/numbers.hpp"
 #include "polygon/line_normal.hpp"
 #include "polygon/overlay.hpp"
-#include "search/face_face.hpp"
 #include "search/nearest_features.hpp"
 
 namespace quoin::geometry {
@@ -913,12 +913,7 @@ void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
                          NearestFeatures& nearest, std::vector<ContactPoint>& contacts) {
   const auto& [a, b] = solids;
   LateInit<ContactPolygon> part;
-  const bool faces = hint.vertices_a[0] < 0 || (hint.face_a >= 0 && hint.face_b >= 0);
-  if (!faces || !flush_answer(a, b, options.tolerance, hint, part, nearest)) {
-    const SearchOptions search{.tolerance = options.tolerance};
-    nearest = {};
-    find_nearest_features(a, b, search, faces ? FeatureHint{} : hint, &part, nearest);
-  }
+  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, nearest);
   if (!std::isfinite(nearest.gap)) return;
   if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
   const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);

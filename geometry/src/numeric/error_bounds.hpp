@@ -45,7 +45,7 @@ inline constexpr double kClearBelow = 0.5, kClearAbove = 64;
 inline constexpr double kTurnedShare = 1.0 / 16;
 /// A foot is *firm* in a face where it lies so far inside the border, 3e7 eps D. A plane that meets
 /// the border there and leans by t is worse by at least half of t times this: of those as good
-/// within three roundings (kTouchingAlone) none leans by more than 1e-6 rad (kOneDirection).
+/// within three roundings none leans by more than 1e-6 rad (kOneDirection).
 inline constexpr double kFirm = 6e6;
 /// Solids apart: the line between their features, off by one rounding, leans less than 1 / 8 rad.
 inline constexpr double kApart = 8;
@@ -63,23 +63,13 @@ inline constexpr double kGapRounding = 8;
 /// a plane is still that of the best: relative, by tilt^2 / 2 = 1.3e-13. geometry/README.md,
 /// "Touching faces".
 inline constexpr double kTouchingTilt = 5e-7;
-/// Of that tilt and the smaller diameter: a shared part wider than this leaves no two edges beside
-/// each other within the tilt. Twice: one for either solid.
-inline constexpr double kWideTouch = 2;
 /// Of the rounding: what box SAT may measure a plane of true parallelepipeds differently from a
 /// scan of them, one eps D: half of either for the corners. Whether several planes are as good
 /// (kBothPart) is decided by double-double where it comes nearer to that limit than this, and what
 /// the bricks are off theirs.
 inline constexpr double kTieBand = 0.2;
-/// Of the rounding: how much worse than touching all other directions across two edges that touch
-/// are: more than kBothPart by a whole one, for the planes of noise that lie beside a direction.
-inline constexpr double kTouchingAlone = 3;
 /// Cosine of the angle between two faces that may touch; only speed hangs on it.
 inline constexpr double kTouchingOpposite = -1.0 + 1e-6;
-
-/// The same where box SAT leaves open what is better, because edges of both bricks are parallel for
-/// it (kParallelSine): leans of up to 1.4e-6 rad, since cos t = 1 - t^2 / 2.
-inline constexpr double kParallelOpposite = -1.0 + 1e-12;
 
 // ---- search (GJK) ----
 

@@ -65,7 +65,7 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
     answer.gap = std::numeric_limits<double>::quiet_NaN();
     return;
   }
-  Quick quick{.hint = trial, .iterations = answer.iterations};
+  Quick quick{.hint = trial, .iterations = answer.iterations, .faces = faces};
   const bool hint_left = trial == Trial::Undecided && hint.vertices_a[0] >= 0;
   if (!length.uneven && !hint_left && searched_answer(a, b, length, hint, quick, answer)) {
     answer.iterations = quick.iterations;

@@ -9,7 +9,6 @@
 #include "search/describe.hpp"
 #include "search/epa.hpp"
 #include "search/proposals.hpp"
-#include "search/touching_edges.hpp"
 #include "search/touching_faces.hpp"
 
 namespace quoin::geometry {
@@ -100,66 +99,36 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
 template <class Find>
 bool proved_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer,
                    const Find& find) {
-  LateInit<ContactPolygon> faces;
-  Optimum optimum(faces);
-  if (!find(optimum)) return false;
+  LateInit<ContactPolygon> own;
+  Optimum optimum(quick.faces != nullptr ? *quick.faces : own);
+  if (!find(optimum)) {
+    optimum.faces.reset();
+    return false;
+  }
   describe_best(pair, optimum, answer);
   quick.iterations += optimum.iterations;
   if (pair.reversed) swap_names(answer);
   return true;
 }
 
-/// The gap along a direction of any length, times that.
-double gap_along(const Solid& a, const Solid& b, const Vector3& direction) {
-  const PairSupport both = support_pair(a, b, direction);
-  return direction.dot(b.vertex(both.q.vertex) - a.vertex(both.p.vertex));
-}
-
-/// The corner where two faces of bricks come nearest, of which `faces` is what they share.
-bool faces_answer(const CanonicalPair& pair, const FacingFaces& faces, SharedWidth least,
-                  Quick& quick, NearestFeatures& answer) {
-  return lowest_corner(pair, faces, answer) ||
-         proved_answer(pair, quick, answer, [&](Optimum& optimum) {
-           return touching_faces(pair.p, pair.q, pair.length, faces, least, optimum);
-         });
-}
-
 /// Bricks that touch, from what the directions of their faces and edges have shown.
-[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick, FacingFaces& faces,
+[[gnu::noinline]] bool touching_answer(const CanonicalPair& pair, Quick& quick,
                                        NearestFeatures& answer) {
   if (!quick.middle && !quick.facing) return false;
-  const auto by_edges = [&](Optimum& optimum) {
-    return quick.middle ? middle_plane(pair, *quick.middle, optimum)
-                        : touching_edges(pair.p, pair.q, pair.length, *quick.facing, optimum);
-  };
-  if (proved_answer(pair, quick, answer, by_edges)) return true;
-  const auto& [p, q, reversed, length] = pair;
-  return !quick.middle && faces.find(p, q, *quick.facing, kTouchingOpposite, length.rounding) &&
-         faces_answer(pair, faces, SharedWidth::Any, quick, answer);
+  return proved_answer(pair, quick, answer, [&](Optimum& optimum) {
+    const auto& [p, q, reversed, length] = pair;
+    if (quick.middle) return middle_plane(pair, *quick.middle, optimum);
+    CandidatePlane near;
+    scan(p, q, *quick.facing, near);
+    return whole_faces(p, q, length, near, optimum) ||
+           touching_faces(p, q, length, *quick.facing, optimum);
+  });
 }
 
 /// Two bricks, by box SAT; `quick.searched` where it has found the least overlap.
-bool brick_answer(const CanonicalPair& pair, Quick& quick, FacingFaces& faces,
-                  NearestFeatures& answer) {
-  quick.parted = true;
+bool brick_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
   if (part_bricks(pair, quick)) return overlapping_answer(pair, quick, answer);
-  return touching_answer(pair, quick, faces, answer);
-}
-
-/// Bricks that touch, within noise, or overlap along last step's normal: what they touch with
-/// changes with the noise, but not the faces or edges that it belongs to.
-bool touched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
-                    Quick& quick, NearestFeatures& answer) {
-  if (!(gap_along(a, b, hint.normal) <= kTouchingTilt * std::min(a.diameter(), b.diameter()))) {
-    return false;
-  }
-  const CanonicalPair pair = ordered(a, b, length);
-  const Vector3 across = pair.reversed ? Vector3(-hint.normal) : hint.normal;
-  FacingFaces faces;
-  return (faces.find(pair.p, pair.q, across, kParallelOpposite, length.rounding) &&
-          faces.normal.dot(across) >= -kTouchingOpposite &&
-          faces_answer(pair, faces, SharedWidth::Wide, quick, answer)) ||
-         brick_answer(pair, quick, faces, answer);
+  return touching_answer(pair, quick, answer);
 }
 
 }  // namespace
@@ -178,14 +147,9 @@ void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures&
 
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
                      Quick& quick, NearestFeatures& answer) {
-  const bool bricks = are_bricks(a, b), hinted = hint.vertices_a[0] >= 0;
-  if (bricks && hinted && touched_answer(a, b, length, hint, quick, answer)) return true;
-  if (quick.searched) return false;
+  const bool hinted = hint.vertices_a[0] >= 0;
   if (hinted && corner_answer(a, b, length, quick.iterations, answer)) return true;
-  if (bricks && !quick.parted) {
-    FacingFaces faces;
-    if (brick_answer(ordered(a, b, length), quick, faces, answer)) return true;
-  }
+  if (are_bricks(a, b) && brick_answer(ordered(a, b, length), quick, answer)) return true;
   if (quick.searched) return false;
   const SearchResult found = nearest_feature_search(a, b, b.vertex_mean() - a.vertex_mean(),
                                                     kSearchShare * length.rounding);

@@ -14,7 +14,6 @@ namespace quoin::geometry {
 /// work in the order of the caller: turned round, each of their steps is the same but for signs.
 struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
-  bool parted = false;            // box SAT was asked
   bool searched = false;
   SearchResult found = {};             // if `searched`: in the order in which the pair is worked
   std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
@@ -22,6 +21,7 @@ struct Quick {
   std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
   std::optional<Vector3> facing = {};  // of the faces that part two bricks most
   int iterations = 0;
+  LateInit<ContactPolygon>* faces = nullptr;  // null: nobody asks for what two faces share
 };
 
 /// Last step's features as an ordinary answer.
@@ -40,8 +40,8 @@ inline bool corner_answer(const Solid& a, const Solid& b, const Lengths& length,
   return certify_corners(a, b, length, answer) == Trial::Proved;
 }
 
-/// The answer of a search that starts cold, but for where bricks touched last step. Without a hint
-/// the features around two corners have been tried.
+/// The answer of a search that starts cold. Without a hint the features around two corners have been
+/// tried.
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
                      Quick& quick, NearestFeatures& answer);
 

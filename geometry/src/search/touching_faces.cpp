@@ -10,14 +10,24 @@
 namespace quoin::geometry {
 namespace {
 
+/// Two faces that look at each other along a direction, and the corners of what they share as seen
+/// along P's normal: places where both solids have a point.
+struct FacingFaces {
+  int p = -1, q = -1;
+  Vector3 normal = Vector3::UnitX();  // of P's face
+  SharedCorners corners;
+  std::size_t lowest = 0;  // where the faces come nearest
+  double gap = kInfinity;  // there, m
+  double high = 0.0;       // greatest difference of heights of the two faces, m
+  double span = 0.0;       // twice the area of a wide triangle of corners, m2
+};
+
 /// Which corner is the lowest, and how far the corners reach.
 void measure(FacingFaces& faces) {
   double least_p = kInfinity, most_p = -kInfinity, least_q = kInfinity, most_q = -kInfinity;
   const SharedCorners& corners = faces.corners;
   const Vector2 base = corners[0].place;
   Vector2 far = base;
-  faces.gap = faces.next = kInfinity;
-  faces.span = 0.0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const SharedCorner& c = corners[k];
     least_p = std::min(least_p, c.height_p);
@@ -25,7 +35,6 @@ void measure(FacingFaces& faces) {
     least_q = std::min(least_q, c.height_q);
     most_q = std::max(most_q, c.height_q);
     const double gap = c.height_q - c.height_p;
-    faces.next = std::min(faces.next, std::max(gap, faces.gap));
     if (gap < faces.gap) {
       faces.gap = gap;
       faces.lowest = k;
@@ -38,14 +47,29 @@ void measure(FacingFaces& faces) {
   faces.high = std::max(most_q - least_p, most_p - least_q);
 }
 
-/// Is what the faces share so wide that they alone come so near each other, and not their edges?
-bool is_wide(const Solid& p, const Solid& q, const FacingFaces& faces, double rounding) {
-  const double size = std::min(p.diameter(), q.diameter()), width = faces.span / size;
-  const double reach = faces.high - faces.gap + 2.0 * rounding;
-  return reach <= kTouchingTilt * width && width > kWideTouch * kTouchingTilt * size;
+/// Those that look along `across`. False: they do not look at each other, share nothing, or are not
+/// flat.
+bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across, double rounding,
+          FacingFaces& faces) {
+  const PairSupport near = support_pair(solid_p, solid_q, across);
+  faces.p = facing_face(solid_p, near.p.vertex, across);
+  faces.q = facing_face(solid_q, near.q.vertex, -across);
+  if (faces.p < 0 || faces.q < 0) return false;
+  faces.normal = solid_p.face_normal(faces.p);
+  if (!(faces.normal.dot(solid_q.face_normal(faces.q)) <= kTouchingOpposite)) return false;
+  // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
+  const ContactPlane plane(solid_p.vertex(solid_p.topology().face(faces.p)[0]), faces.normal);
+  ProjectedFeature patch_p, patch_q;
+  lay_feature(solid_p, {FeatureKind::Face, faces.p}, plane, 1.0, patch_p);
+  lay_feature(solid_q, {FeatureKind::Face, faces.q}, plane, -1.0, patch_q);
+  append_shared_corners(patch_p, patch_q, rounding, faces.corners);
+  if (faces.corners.empty()) return false;
+  measure(faces);
+  return is_flat(patch_p, rounding) && is_flat(patch_q, rounding);
 }
 
-/// Is no plane better than the lowest gap, but by rounding, and none of another direction as good?
+/// Do the faces lie so near to each other, over all that they share, that no plane is better than
+/// the lowest gap, but by rounding, and none of another direction as good?
 bool is_least(const Solid& p, const Solid& q, const FacingFaces& faces, double rounding) {
   if (clearly_apart(faces.gap, rounding)) return true;  // so near are two points of the solids
   const double width = faces.span / std::min(p.diameter(), q.diameter());
@@ -54,21 +78,6 @@ bool is_least(const Solid& p, const Solid& q, const FacingFaces& faces, double r
   const Vector3 inner = q.vertex_mean() - p.vertex_mean();
   const double down = inner.dot(faces.normal), aside = (inner - down * faces.normal).norm();
   return down > 2.0 * std::abs(faces.gap) + 4.0 * kTouchingTilt * aside;
-}
-
-/// The carrier that a feature of a laid face is.
-Carrier carrier_of(const Solid& solid, const Feature& feature) {
-  if (feature.kind == FeatureKind::Face) return {feature.kind, {}, feature.index};
-  if (feature.kind == FeatureKind::Vertex) return {feature.kind, {feature.index, feature.index}};
-  const auto [from, to] = solid.topology().edge(feature.index);
-  return {feature.kind, {std::min(from, to), std::max(from, to)}};
-}
-
-/// Do the faces lie so near to each other, over all that they share, that no plane is better?
-bool lie_near(const Solid& p, const Solid& q, const FacingFaces& faces, SharedWidth least,
-              double rounding) {
-  return (least == SharedWidth::Any || is_wide(p, q, faces, rounding)) &&
-         is_least(p, q, faces, rounding);
 }
 
 /// May a corner of the shared part prove itself: is that wide enough for a firm foot, and for the
@@ -89,6 +98,16 @@ bool is_clear(const CandidatePlane& plane, const Lengths& length) {
   return clear(*plane.near_p) && clear(*plane.near_q);
 }
 
+/// A settled plane that is known to be the best. Where no other vertex comes near it, last step's
+/// features lead to it without a search: it is then described as they do.
+bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum) {
+  const CandidatePlane& plane = optimum.plane;
+  const bool alone = plane.near_p->vertices.size() == plane.sets.p.size() &&
+                     plane.near_q->vertices.size() == plane.sets.q.size();
+  if (alone) return straight_answer(p, q, length, plane.normal, optimum);
+  return optimum.converged = true;
+}
+
 }  // namespace
 
 void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, int& face) {
@@ -106,14 +125,6 @@ void take_feature(const Solid& solid, const Feature& feature, VertexSet& set, in
   }
 }
 
-bool take_settled(const Solid& p, const Solid& q, const Lengths& length, Optimum& optimum) {
-  const CandidatePlane& plane = optimum.plane;
-  const bool alone = plane.near_p->vertices.size() == plane.sets.p.size() &&
-                     plane.near_q->vertices.size() == plane.sets.q.size();
-  if (alone) return straight_answer(p, q, length, plane.normal, optimum);
-  return optimum.converged = true;
-}
-
 PartingFace parting_face(const Solid& p, const Solid& q, std::span<const int> faces) {
   const Vector3 between = q.vertex_mean() - p.vertex_mean();
   PartingFace best;
@@ -127,47 +138,12 @@ PartingFace parting_face(const Solid& p, const Solid& q, std::span<const int> fa
   return best;
 }
 
-bool FacingFaces::find(const Solid& solid_p, const Solid& solid_q, const Vector3& across,
-                       double opposite, double rounding) {
-  const PairSupport near = support_pair(solid_p, solid_q, across);
-  const int face_p = facing_face(solid_p, near.p.vertex, across);
-  const int face_q = facing_face(solid_q, near.q.vertex, -across);
-  if (flat && face_p == p && face_q == q) return true;
-  flat = false;
-  p = face_p;
-  q = face_q;
-  if (p < 0 || q < 0) return false;
-  normal = solid_p.face_normal(p);
-  if (!(normal.dot(solid_q.face_normal(q)) <= opposite)) return false;
-  // From a place that hangs on the face alone: which corner is lowest hangs on it within rounding.
-  const ContactPlane plane(solid_p.vertex(solid_p.topology().face(p)[0]), normal);
-  ProjectedFeature patch_p, patch_q;
-  lay_feature(solid_p, {FeatureKind::Face, p}, plane, 1.0, patch_p);
-  lay_feature(solid_q, {FeatureKind::Face, q}, plane, -1.0, patch_q);
-  corners.clear();
-  append_shared_corners(patch_p, patch_q, rounding, corners);
-  if (corners.empty()) return false;
-  measure(*this);
-  return flat = is_flat(patch_p, rounding) && is_flat(patch_q, rounding);
-}
-
-bool lowest_corner(const CanonicalPair& pair, const FacingFaces& faces, NearestFeatures& answer) {
-  const bool alone = faces.next > faces.gap + pair.length.widest;
-  if (!alone || !may_stand_alone(pair.p, pair.q, faces, pair.length.rounding)) return false;
-  const SharedCorner& corner = faces.corners[faces.lowest];
-  const Carrier by_p = carrier_of(pair.p, corner.feature_p);
-  const Carrier by_q = carrier_of(pair.q, corner.feature_q);
-  if (certify(pair.p, pair.q, by_p, by_q, pair.length, nullptr, answer) != Trial::Proved) {
-    return false;
-  }
-  if (pair.reversed) swap_names(answer);
-  return true;
-}
-
-bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const FacingFaces& faces,
-                    SharedWidth least, Optimum& optimum) {
+bool touching_faces(const Solid& p, const Solid& q, const Lengths& length, const Vector3& across,
+                    Optimum& optimum) {
+  FacingFaces faces;
+  if (!find(p, q, across, length.rounding, faces)) return false;
   ++optimum.iterations;
-  const bool near = lie_near(p, q, faces, least, length.rounding);
+  const bool near = is_least(p, q, faces, length.rounding);
   if (!near && !may_stand_alone(p, q, faces, length.rounding)) return false;
   const SharedCorner& corner = faces.corners[faces.lowest];
   ContactSets sets;
