@@ -38,39 +38,6 @@ bool add_hinted(const std::array<int, 4>& vertices, int face, const Solid& polyh
   return vertices[0] >= 0 && vertices[0] < count && (whole || set.size() <= 2);
 }
 
-/// The face of `solid` above whose plane `point` lies highest (or least deep), and by how much.
-std::pair<int, double> face_below(const Solid& solid, const Vector3& point) {
-  std::pair<int, double> best{0, -std::numeric_limits<double>::infinity()};
-  for (int f = 0; f < solid.topology().face_count(); ++f) {
-    const double height =
-        solid.face_normal(f).dot(point - solid.vertex(solid.topology().face(f)[0]));
-    if (height > best.second) best = {f, height};
-  }
-  return best;
-}
-
-/// The better of the two faces that look most at the other solid: where to start.
-Vector3 facing_normal(const Solid& p, const Solid& q) {
-  const auto [f, above_p] = face_below(p, q.vertex_mean());
-  const auto [g, above_q] = face_below(q, p.vertex_mean());
-  const Vector3 by_p = p.face_normal(f), by_q = -q.face_normal(g);
-  CandidatePlane plane_p, plane_q;
-  scan(p, q, by_p, plane_p);
-  scan(p, q, by_q, plane_q);
-  return plane_p.gap >= plane_q.gap ? by_p : by_q;
-}
-
-/// Have both solids more than one vertex near the plane? Then it is worth a try as the answer.
-bool lies_flat(const Solid& p, const Solid& q, const Vector3& normal) {
-  constexpr double kFlat = 1e-6;  // of the diameter; only speed hangs on it
-  const PairSupport both = support_pair(p, q, normal);
-  VertexSet near;
-  find_vertices_beyond(p, normal, both.p.value - kFlat * p.diameter(), near);
-  if (near.size() < 2) return false;
-  find_vertices_beyond(q, -normal, both.q.value - kFlat * q.diameter(), near);
-  return near.size() >= 2;
-}
-
 }  // namespace
 
 bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const Lengths& length,
@@ -81,24 +48,6 @@ bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const
     return false;
   }
   return straight_answer(p, q, length, hint.normal, optimum);
-}
-
-bool flat_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
-                 Optimum& optimum) {
-  scan(p, q, normal, optimum.plane);
-  find_sets(p, q, length, optimum.plane);
-  if (straight_answer(p, q, length, normal, optimum)) return true;
-  optimum.converged = settle_normal(p, q, length, normal, optimum.plane) &&
-                      proves_optimum(p, q, optimum.plane, nullptr, length);
-  return optimum.converged;
-}
-
-bool find_flat(const Solid& p, const Solid& q, std::optional<Vector3>& normal) {
-  constexpr int kFewFaces = 16;
-  if (p.topology().face_count() + q.topology().face_count() > kFewFaces) return false;
-  const Vector3 facing = facing_normal(p, q);
-  if (lies_flat(p, q, facing)) normal = facing;
-  return normal.has_value();
 }
 
 double slack(double rounding, double gap) {

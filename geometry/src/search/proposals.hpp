@@ -2,8 +2,6 @@
 /// Features and normals that may carry the answer, from what is cheap to ask: last step's features,
 /// the faces that look at each other, the corners where a search ended. Internal.
 
-#include <optional>
-
 #include "certify/candidate.hpp"
 #include "search/nearest_feature_search.hpp"
 
@@ -12,13 +10,6 @@ namespace quoin::geometry {
 /// Last step's features first: if they carry the optimum still, and clearly, that is the answer.
 bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const Lengths& length,
                   Optimum& optimum);
-
-/// Blocks that lie flat on each other: the plane of their faces, if it is proved to be the answer.
-bool flat_answer(const Solid& p, const Solid& q, const Lengths& length, const Vector3& normal,
-                 Optimum& optimum);
-
-/// Do two solids of few faces lie flat on each other, and across which plane?
-bool find_flat(const Solid& p, const Solid& q, std::optional<Vector3>& normal);
 
 /// By how much the gap of a settled plane may miss the bound that the search proved, m.
 double slack(double rounding, double gap);

@@ -69,7 +69,6 @@ bool part_bricks(const CanonicalPair& pair, Quick& quick) {
 bool overlapping_answer(const CanonicalPair& pair, Quick& quick, NearestFeatures& answer) {
   const double rounding = pair.length.rounding;
   if (!quick.grown) {
-    if (find_flat(pair.p, pair.q, quick.flat)) return false;
     grow(pair, quick);
     if (quick.found.outcome != SearchOutcome::Overlapping) return false;
   }
@@ -163,17 +162,14 @@ bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, cons
   return overlapping && overlapping_answer(pair, quick, answer);
 }
 
-bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
+bool fast_answer(const CanonicalPair& pair, const Quick& quick, Optimum& optimum) {
   const Solid &p = pair.p, &q = pair.q;
   const Lengths& length = pair.length;
-  const double rounding = length.rounding;
-  if (quick.flat && flat_answer(p, q, length, *quick.flat, optimum)) return true;
   const SearchResult& found = quick.found;
   const bool overlapping = found.outcome == SearchOutcome::Overlapping;
-  if (overlapping && !quick.grown) grow(pair, quick);
   if (found.outcome == SearchOutcome::Unclear) return false;
   // Of two nearly parallel planes, as good within rounding, the one where the features meet.
-  const double least = least_gap(found, rounding);
+  const double least = least_gap(found, length.rounding);
   // Solids that touch it leaves open whether others are as good.
   const auto best = [&] {
     const CandidatePlane& plane = optimum.plane;
@@ -185,14 +181,7 @@ bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum) {
   optimum.straight = straight_plane(p, q, length, found.normal, optimum) && best();
   if (optimum.straight) return optimum.converged = true;
   optimum.faces.reset();
-  optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
-  if (optimum.converged || overlapping) return optimum.converged;
-  // Flush blocks: a corner just over an edge, whose line leans by a rounding over the gap.
-  const int f = facing_face(p, found.p[0], found.normal);
-  const int g = facing_face(q, found.q[0], -found.normal);
-  if (f < 0 || g < 0) return false;
-  return flat_answer(p, q, length, p.face_normal(f), optimum) ||
-         flat_answer(p, q, length, -q.face_normal(g), optimum);
+  return optimum.converged = settle_corners(p, q, found, length, optimum.plane) && best();
 }
 
 }  // namespace quoin::geometry

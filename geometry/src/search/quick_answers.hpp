@@ -16,7 +16,6 @@ struct Quick {
   Trial hint = Trial::Undecided;  // what became of last step's features
   bool searched = false;
   SearchResult found = {};             // if `searched`: in the order in which the pair is worked
-  std::optional<Vector3> flat = {};    // across which solids that overlap lie flat on each other
   bool grown = false;                  // `found` is the least overlap
   std::optional<Vector3> middle = {};  // of several planes that part the solids within rounding
   std::optional<Vector3> facing = {};  // of the faces that part two bricks most
@@ -40,13 +39,13 @@ inline bool corner_answer(const Solid& a, const Solid& b, const Lengths& length,
   return certify_corners(a, b, length, answer) == Trial::Proved;
 }
 
-/// The answer of a search that starts cold. Without a hint the features around two corners have been
-/// tried.
+/// The answer of a search that starts cold. Without a hint the features around two corners have
+/// been tried.
 bool searched_answer(const Solid& a, const Solid& b, const Lengths& length, const FeatureHint& hint,
                      Quick& quick, NearestFeatures& answer);
 
 /// The plane that carries the answer, from where the searches have come to.
-bool fast_answer(const CanonicalPair& pair, Quick& quick, Optimum& optimum);
+bool fast_answer(const CanonicalPair& pair, const Quick& quick, Optimum& optimum);
 
 /// The answer in full. Where rounding has led to a plane that is not straight, two whole faces that
 /// clearly carry theirs come first, then all vertices near it: of a bumpy face, or a face along
