@@ -69,10 +69,10 @@ class Loads(FolderTest):
         slope, friction = math.radians(40), 25
         gravity = [G * math.sin(slope), 0, -G * math.cos(slope)]
         wanted = 2400 * G * (math.sin(slope) - math.cos(slope) * math.tan(math.radians(friction)))
-        for more in ({}, {"points": 13}):
+        for more in ({"stiffness": 1e7}, {"young": 2e11, "area": 1.9e-4, "points": 13}):
             for kind in ("rigid", "deformable"):
                 tie = {"from": {"block": "floor", "point": [-2.9, 0.5, -0.06]},
-                       "to": {"block": "cube", "point": [0.9, 0.5, 0.016]}, "stiffness": 1e7, **more}
+                       "to": {"block": "cube", "point": [0.9, 0.5, 0.016]}, **more}
                 summary = self.run_scene(scene([FLOOR, cube(kind)], friction=friction, gravity=gravity, ties=[tie]))
                 forces = [tie["force"] for tie in summary["ties"]]
                 self.assertEqual(len(forces), 1)
@@ -101,10 +101,49 @@ class Loads(FolderTest):
         summary = self.run_scene(scene([FLOOR, cube("rigid")], stages))
         self.near(summary["ties"][0]["force"], 1000, 1e-3)
         self.near(summary["base_reaction"][2], -(2400 * G - 1000), 1e-3)
-        for change, words in (({"stiffness": 0}, ["/ties/0/stiffness"]), ({"points": 5}, ["/ties/0/points", "no block"]),
+        for change, words in (({"stiffness": 0}, ["/ties/0/stiffness"]), ({"points": 5}, ["/ties/0/stiffness", "young"]),
+                              ({"pretension": 1, "rest_length": 4}, ["/ties/0/rest_length", "pretension"]),
                               ({"young": 1}, ["either"]), ({"pretension": -1}, ["tie", "tension only"]),
                               ({"from": {"point": [0.5, 0.5, 0.5]}}, ["tie", "length"])):
             self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, **change}]), *words)
+        self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, "name": "rod"}] * 2), "/ties/1/name", '"rod"')
+        grouted = {"from": {"block": "cube", "point": [0.1, 0.5, 0.5]}, "to": {"block": "cube", "point": [0.9, 0.5, 0.5]},
+                   "young": 2e11, "area": 1e-4, "points": 5}
+        self.refused(scene([FLOOR, cube("rigid")], ties=[grouted]), "/ties/0/points", "5 points", "one block")
+        grouted["from"] = {"point": [0.5, 0.5, 3]}
+        self.refused(scene([FLOOR, cube("rigid")], ties=[grouted]), "/ties/0/points", "no block")
+
+    def test_what_acts_on_nothing_is_refused_or_told(self):
+        load = {"type": "point", "block": "b", "point": [0, 0, 1], "force": [1, 0, 0]}
+        blocks = [FLOOR, cube("rigid"), cube("rigid", "b", (0, 0, 1), (1, 1, 2))]
+        for more, word in (({"loads": [load]}, "/stages/1/loads/0/block"),
+                           ({"ties": [{"from": {"point": [0, 0, 9]}, "to": {"block": "b", "point": [0, 0, 2]},
+                                       "stiffness": 1e6}]}, "/stages/1/ties/0/to/block")):
+            stages = [*STATIC, {"analysis": "static", "remove": "b", **more}]
+            self.refused(scene(blocks, stages), word, "not there")
+        self.refused(scene(blocks, [{"analysis": "static", "ramp": {"by": 1, "to": 2}}]), "/stages/0/ramp", "no loads")
+        self.run_scene(scene(blocks, [{"analysis": "static", "ramp": {"by": 1, "to": 2}}], loads=[load]))
+        far = {"type": "plane", "name": "far", "dip_deg": 0, "point": [0, 0, 9]}
+        cut = {"block": {"kind": "fixed", "material": "stone"}, "body": box([0, 0, 0], [1, 1, 1]), "cuts": [far]}
+        self.refused(scene([FLOOR], cut=cut), "/cut/cuts/0", "cuts no block")
+        over = [FLOOR, cube("rigid"), cube("rigid", "b", (0.6, 0, 1), (2.6, 1, 2))]
+        done = self.command("run", scene(over, [{"analysis": "static", "on_mechanism": "remove"},
+                                                {"analysis": "static", "loads": [load]}]))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("b: its loads act on nothing: it came loose in stage 0", done.stderr)
+
+    def test_what_hangs_comes_to_rest_beyond_a_tenth_of_its_size(self):
+        for kind in ("rigid", "deformable"):
+            tie = {"from": {"point": [0.5, 0.5, 4]}, "to": {"block": "cube", "point": [0.5, 0.5, 1]}, "stiffness": 1e7,
+                   "rest_length": 3.4}
+            stage = {"analysis": "static", "until_moved": 1}
+            summary = self.run_scene(scene([cube(kind)], [stage], ties=[tie]))
+            self.assertEqual(summary["stages"][0]["ended_by"], "rest")
+            self.near(summary["ties"][0]["length"], 3.4 + 2400 * G / 1e7, 1e-6)
+            stage["until_moved"] = 0.3
+            self.assertEqual(self.run_scene(scene([cube(kind)], [stage], ties=[tie]))["stages"][0]["ended_by"], "moved")
+            done = self.command("run", scene([cube(kind)], ties=[tie]))
+            self.assertIn("mechanism", done.stderr)
 
     # Water
 

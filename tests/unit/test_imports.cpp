@@ -52,6 +52,22 @@ TEST_CASE("DXF: the 3DFACE of each layer") {
                     ContainsSubstring("fewer than three corners"));
 }
 
+TEST_CASE("DXF: solids that are no 3DFACE of the drawing itself are refused") {
+  const auto drawing = [](const std::string& entities) {
+    return "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n2\nbrick\n" + dxf_tetrahedron("0", 9) +
+           "0\nENDBLK\n0\nBLOCK\n2\nframe\n0\nLINE\n0\nENDBLK\n0\nENDSEC\n0\nSECTION\n2\nENTITIES"
+           "\n" +
+           dxf_tetrahedron("a", 0) + entities + "0\nENDSEC\n0\nEOF\n";
+  };
+  CHECK(blocks_of(read_dxf(drawing("0\nINSERT\n2\nframe\n0\nPOLYLINE\n70\n1\n"))).size() == 1);
+  for (const auto& [entity, what] :
+       {std::pair("0\nINSERT\n2\nbrick\n", "INSERT of block \"brick\""),
+        std::pair("0\nMESH\n8\n0\n", "MESH is"), std::pair("0\n3DSOLID\n8\n0\n", "3DSOLID is"),
+        std::pair("0\nPOLYLINE\n70\n64\n", "POLYLINE of faces")}) {
+    CHECK_THROWS_WITH(read_dxf(drawing(entity)), ContainsSubstring(what));
+  }
+}
+
 TEST_CASE("3DEC: bricks, prisms and polyhedra, old words and new ones") {
   const std::vector<MeshBlock> blocks = read_3dec(R"(model new  ; a comment
 block create brick 0 1 0 2 0,3 group 'base' ; x, y, z
@@ -134,6 +150,13 @@ $$$$$$
   CHECK(blocks[0].vertices.col(2) == geometry::Vector3(6, 2, 0));
   CHECK(blocks[1].vertices.col(2) == geometry::Vector3(7, 0, 0));
   CHECK_THAT(volume_of(blocks[0]), WithinRel(1.0 / 3, 1e-13));
+  const std::vector<MeshBlock> plane = read_lmgc90(
+      body(1, " PLANx  1  color  VERTx  axe1= 2.0D+00  axe2= 1.0D+00  axe3= 1.0D-01\n"), dof);
+  REQUIRE(plane.size() == 1);
+  CHECK_THAT(volume_of(plane[0]), WithinRel(1.6, 1e-13));
+  CHECK_THAT(plane[0].vertices.row(1).maxCoeff(), WithinRel(2.0, 1e-13));  // turned
+  CHECK_THROWS_WITH(read_lmgc90(body(1, " PLANx 1 color VERTx axe1= 1.0 axe2= 1.0\n"), ""),
+                    ContainsSubstring("axe3"));
   CHECK_THROWS_WITH(read_lmgc90(body(1, polyr.substr(0, 300)), ""), ContainsSubstring("line 1"));
   CHECK_THROWS_WITH(read_lmgc90(body(1, " SPHER  1 color BLUEx byrd= 1.0\n"), ""),
                     ContainsSubstring("\"SPHER\" is not imported"));
@@ -157,6 +180,19 @@ TEST_CASE("rigid-ipc: meshes scaled, turned and moved") {
   CHECK(!blocks[0].is_support);
   CHECK(blocks[1].is_support);
   CHECK((blocks[0].vertices.col(2) - geometry::Vector3(1, 4, 3)).norm() < 1e-14);
+  std::ofstream(folder / "meshes" / "plane.obj")
+      << "v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3\nf 1 3 4\n";
+  const std::vector<MeshBlock> slope = read_rigid_ipc(
+      R"({"rigid_bodies": [
+        {"mesh": "tet.obj", "dimensions": [4, 3, 0.5]},
+        {"mesh": "plane.obj", "is_dof_fixed": true, "dimensions": [10, 0, 10], "rotation": [0, 0, 30]}]})",
+      path);
+  REQUIRE(slope.size() == 2);
+  CHECK_THAT(volume_of(slope[0]), WithinRel(1.0, 1e-13));
+  const double thick = 0.1 * std::hypot(10.0, 10.0);
+  CHECK_THAT(volume_of(slope[1]), WithinRel(100 * thick, 1e-12));
+  CHECK_THAT(slope[1].vertices.row(1).maxCoeff(),
+             WithinAbs(2.5, 1e-12));  // it lies below the plane
   CHECK_THROWS_WITH(read_rigid_ipc(R"({"rigid_bodies": [{"mesh": "no.obj"}]})", path),
                     ContainsSubstring("body 0: there is no mesh \"no.obj\""));
   CHECK_THROWS_WITH(read_rigid_ipc(R"({"bodies": []})", path), ContainsSubstring("rigid_bodies"));

@@ -109,6 +109,31 @@ f -2 -4 -1
              WithinRel(1.0 / 3, 1e-12));
 }
 
+TEST_CASE("solids of a modeller that computes in floats are convex to 1e-4 of their size") {
+  // A cube of 1 m, one corner of which lies so deep in its top: the top is two triangles.
+  const auto cube = [](const char* format, double depth) {
+    std::string text;
+    for (int v = 0; v < 8; ++v) {
+      char line[99];
+      std::snprintf(line, sizeof line, format, v & 1, v >> 1 & 1, (v >> 2) - (v == 7) * depth);
+      text += line;
+    }
+    return TemporaryFile("quoin_floats.obj",
+                         text +
+                             "f 1 3 4 2\nf 5 6 7\nf 6 8 7\nf 1 2 6 5\nf 3 7 8 4\n"
+                             "f 1 5 7 3\nf 2 4 8 6\n");
+  };
+  const auto taken = [](const TemporaryFile& file) {
+    double depth = 0.0;
+    convex_block(read(file.path())[0], -1, &depth);
+    return depth;
+  };
+  CHECK(taken(cube("v %d.0 %d.0 %.6f\n", 0.0)) == 0.0);
+  CHECK_THAT(taken(cube("v %d.0 %d.0 %.6f\n", -2e-4)), WithinRel(1e-4, 1e-2));
+  CHECK_THROWS_WITH(taken(cube("v %d.0 %d.0 %.6f\n", -1e-3)), ContainsSubstring("is not convex"));
+  CHECK_THROWS_WITH(taken(cube("v %d.0 %d.0 %.12f\n", -2e-4)), ContainsSubstring("is not convex"));
+}
+
 TEST_CASE("a solid whose coordinates have six digits is as convex as these tell") {
   constexpr int kSides = 12;
   const Eigen::Matrix3d turn =
@@ -167,7 +192,7 @@ TEST_CASE("files of other programs: two boxes that share an edge and a part of a
       CHECK(blocks[b].vertices.cols() == 8);
     }
   }
-  CHECK(files == 17);
+  CHECK(files == 18);
 }
 
 TEST_CASE("a mesh that is an earlier one moved, exactly, takes over its topology") {

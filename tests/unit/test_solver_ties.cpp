@@ -240,6 +240,93 @@ TEST_CASE("a tie breaks by its force or by its strain, and what it had stored is
   }
 }
 
+TEST_CASE("blocks that a tie drags stop where friction bears it") {
+  const double friction = std::numbers::pi / 6.0, k = 1e6;
+  for (const Frame& frame : frames()) {
+    for (const double height : {0.3, 0.5}) {
+      for (const double pretension : {2e4, 3e4, 5e4, 1e5}) {
+        Scene scene{.joint = {.friction_angle = friction}};
+        scene.gravity = frame.along(0, 0, -kGravity);
+        Frame ground = frame;
+        ground.rigid = true;
+        add_box(ground, {-5, -5, -1}, {6, 6, 0}, scene);
+        scene.blocks[0].kind = BlockKind::Fixed;
+        add_box(frame, {0, 0, 0}, {1, 1, 1}, scene);
+        add_box(frame, {2, 0, 0}, {3, 1, 1}, scene);
+        scene.ties.push_back({.a = 1,
+                              .b = 2,
+                              .point_a = frame.at(1, 0.5, height),
+                              .point_b = frame.at(2, 0.5, height),
+                              .stiffness = k,
+                              .pretension = pretension});
+        Simulation simulation(scene, kStatic);
+        rest(simulation);
+        const double limit = kWeight * std::tan(friction);
+        const TieState& tie = simulation.state().ties[0];
+        CHECK(near(tie.force, limit, 1e-6));
+        CHECK(near(1.0 - tie.length, (pretension - limit) / k, 1e-3));
+      }
+    }
+  }
+}
+
+TEST_CASE("a tie rod bears the thrust of half an arch that leans on its plane of symmetry") {
+  // A triangle of the plane y = 0, 0.8 m3: its foot on a smooth floor at x = -2, its top at (0, 2)
+  // against a smooth wall; the rod at z = 0.5 bears H (2 - 0.5) = W (2 - 1.6 / 1.5).
+  const double thrust = 0.8 * kWeight * (2.0 - 3.2 / 3.0) / 1.5;
+  for (const Frame& frame : frames()) {
+    Scene scene{.joint = {.friction_angle = 0.0}};
+    scene.gravity = frame.along(0, 0, -kGravity);
+    Frame held = frame;
+    held.rigid = true;
+    add_box(held, {-4, -2, -1}, {0, 2, 0}, scene);
+    add_box(held, {0, -2, 1}, {1, 2, 3}, scene);
+    for (Block& block : scene.blocks) block.kind = BlockKind::Fixed;
+    geometry::Points corners(3, 6);
+    corners << frame.at(-2, -0.5, 0), frame.at(-1.2, -0.5, 1.6), frame.at(0, -0.5, 2),
+        frame.at(-2, 0.5, 0), frame.at(-1.2, 0.5, 1.6), frame.at(0, 0.5, 2);
+    const geometry::Shape half = geometry::make_hull(corners).polyhedron;
+    const int arch = frame.rigid ? scene.add_rigid(half, kRock) : scene.add_block(half, kRock);
+    for (const double y : {-0.4, 0.4}) {
+      scene.ties.push_back({.a = arch,
+                            .point_a = frame.at(-1.6, y, 0.5),
+                            .point_b = frame.at(1, y, 0.5),
+                            .stiffness = 1e8});
+    }
+    Simulation simulation(scene, kStatic);
+    rest(simulation);
+    const std::vector<TieState>& ties = simulation.state().ties;
+    CHECK(near(ties[0].force, 0.5 * thrust, 1e-3));
+    CHECK(near(ties[1].force, 0.5 * thrust, 1e-3));
+  }
+}
+
+TEST_CASE("a tie breaks within the step, and takes all that it can bear") {
+  // Of the kinetic energy F^2 / (2 k), however long the step is.
+  const double k = 1e6, strength = 2e4, mass = 2500.0;
+  const double speed = std::sqrt(1.0 - strength * strength / (k * mass));
+  for (const Frame& frame : frames()) {
+    for (const double time_step : {2.7e-3, 4.1e-3, 5.3e-3}) {
+      Scene scene = cube(frame, 0.0);
+      scene.blocks[0].velocity = frame.along(1, 0, 0);
+      scene.ties.push_back({.a = 0,
+                            .point_a = frame.at(0, 0, 0),
+                            .point_b = frame.at(-3, 0, 0),
+                            .stiffness = k,
+                            .break_force = strength});
+      Simulation simulation(scene, dynamic(time_step, TimeScheme::EnergyMomentum));
+      while (simulation.state().time < 0.05) {
+        REQUIRE(simulation.advance().status == StepStatus::Converged);
+      }
+      CHECK(simulation.state().ties[0].broken);
+      CHECK(near(simulation.state().blocks[0].velocity.norm(), speed, 2e-3));
+      const EnergyLedger& ledger = simulation.state().energy;
+      CHECK(near(ledger.friction_loss, 0.5 * strength * strength / k, 2e-2));
+      check_closed(simulation, ledger.friction_loss);
+    }
+  }
+}
+
 TEST_CASE("a bolt takes what friction lacks on a slope") {
   const double slope = 35.0, friction = 20.0, degree = std::numbers::pi / 180.0;
   for (Frame frame : frames()) {

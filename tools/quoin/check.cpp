@@ -316,6 +316,7 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
                  {"contacts", contacts_json(scene, pairs)},
                  {"without_support", loose},
                  {"points_outside", points_outside(scene)},
+                 {"notes", file.notes},
                  {"marks", marks_json(file)},
                  {"refused", !refused.is_null()}};
   if (!refused.is_null()) {
@@ -367,6 +368,9 @@ void print_start(const json& report) {
   }
   if (loose.size() > 10) {
     std::printf("  … %zu in all\n", loose.size());
+  }
+  for (const json& note : report["notes"]) {
+    std::printf("  %s\n", note.get_ref<const std::string&>().c_str());
   }
   for (const json& point : report["points_outside"]) {
     std::printf("  outside its block \"%s\": %s at (%g, %g, %g) m\n",

@@ -21,12 +21,12 @@ struct ImportArguments {
   double density = 2400, friction_deg = 35;
 };
 
-/// A convex mesh as it is, another one in convex parts.
-std::vector<Shape> solids(std::span<const MeshBlock> meshes) {
+/// A convex mesh as it is, another one in convex parts. `taken`: as of convex_block().
+std::vector<Shape> solids(std::span<const MeshBlock> meshes, double& taken) {
   std::vector<Shape> parts;
   for (const MeshBlock& mesh : meshes) {
     try {
-      parts.push_back(scene_file::convex_block(mesh, -1));
+      parts.push_back(scene_file::convex_block(mesh, -1, &taken));
       continue;
     } catch (const geometry::InputError&) {  // not convex, or not closed
     }
@@ -77,16 +77,18 @@ std::vector<MeshBlock> read_meshes(const ImportArguments& arguments,
 struct Imported {
   std::size_t blocks = 0, compounds = 0, parts = 0, fixed = 0;
   double volume = 0;  ///< m3
+  double taken = 0;   ///< of convex_block(), m
 };
 
 Ordered block_of(std::span<const MeshBlock> meshes, const ImportArguments& arguments,
                  std::map<double, std::string>& materials, Imported& told) {
   const MeshBlock& mesh = meshes.front();
-  const std::vector<Shape> parts = solids(meshes);
+  const std::vector<Shape> parts = solids(meshes, told.taken);
   const double density = mesh.density > 0 ? mesh.density : arguments.density;
   std::string& material = materials[density];
   if (material.empty()) material = "stone" + std::to_string(materials.size() - 1);
-  Ordered block = {{"name", meshes.size() > 1 ? mesh.body : mesh.id},
+  const std::string& id = meshes.size() > 1 ? mesh.body : mesh.id;
+  Ordered block = {{"name", mesh.name.empty() || mesh.name == id ? id : mesh.name + ":" + id},
                    {"kind", mesh.is_support ? "fixed" : "rigid"},
                    {"material", material}};
   if (parts.size() == 1) {
@@ -124,6 +126,9 @@ int import_file(const ImportArguments& arguments) {
   save_text(arguments.out, scene_text(head, blocks));
   std::fprintf(stderr, "%zu blocks (%zu fixed; %zu of %zu convex parts), %.9g m3\n", told.blocks,
                told.fixed, told.compounds, told.parts, told.volume);
+  if (told.taken > 0) {
+    std::fprintf(stderr, "taken for convex: up to %.3g m below the hull\n", told.taken);
+  }
   return kDone;
 }
 

@@ -341,6 +341,24 @@ void end_files(const nlohmann::ordered_json& report, const RunResult& result,
   output.folder->commit(goes_on ? OutputFolder::Checkpoint::Keep : OutputFolder::Checkpoint::Drop);
 }
 
+/// Of loads on what came loose and was removed.
+void complain_of_lost_loads(const SceneFile& file, const RunResult& result) {
+  for (const scene_file::LooseBlock& loose : result.loose) {
+    const auto is_on = [&](const auto& load) { return load.block == loose.block; };
+    bool any = false;
+    for (auto s = static_cast<std::size_t>(loose.stage); s < result.stages.size(); ++s) {
+      const solver::Scene& scene = file.scene_in(s);
+      any = any || std::ranges::any_of(scene.point_loads, is_on) ||
+            std::ranges::any_of(scene.face_loads, is_on) ||
+            std::ranges::any_of(scene.body_loads, is_on);
+    }
+    if (!any || !loose.removed) continue;
+    complain("block " + file.scene.blocks[static_cast<std::size_t>(loose.block)].name +
+             ": its loads act on nothing: it came loose in stage " + std::to_string(loose.stage) +
+             " and was removed");
+  }
+}
+
 int run(RunArguments& arguments, Processes& processes) {
   catch_signals();
   Output output;
@@ -350,6 +368,7 @@ int run(RunArguments& arguments, Processes& processes) {
     output.rank_of_block = solver::parts_of_blocks(file.scene, processes.count());
   }
   if (processes.is_first()) {
+    for (const std::string& line : file.notes) complain(line);
     for (const std::string& line : scene_file::points_outside_lines(file)) complain(line);
   }
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
@@ -370,6 +389,7 @@ int run(RunArguments& arguments, Processes& processes) {
   } else {
     print_result(file, arguments.request.scene, result);
   }
+  complain_of_lost_loads(file, result);
   for (const std::string& line : failed) complain(line);
   return exit_code;
 }

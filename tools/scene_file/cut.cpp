@@ -111,8 +111,12 @@ class Cutter {
       const std::string place = pointer_ + "/cuts/" + std::to_string(i);
       body_.joints.push_back(entry.value("name", "joint" + std::to_string(i)));
       joint_ = static_cast<int>(i);
+      cuts_ = false;
       try {
         cut_by(entry);
+        if (!cuts_ && entry["type"] != "disc") {  // of a network some discs may miss
+          throw geometry::InputError("cuts no block: none in its reach");
+        }
       } catch (const geometry::InputError& error) {
         throw SceneError(place, error.what());
       } catch (const std::length_error& error) {
@@ -206,6 +210,7 @@ class Cutter {
       }
       carve(solid, std::move(cell), inside, outside);
     }
+    cuts_ = !inside.empty();
     for (CutCell& cell : inside) cell.region = body_.joints.back();
     body_.cells = std::move(outside);
     std::move(inside.begin(), inside.end(), std::back_inserter(body_.cells));
@@ -241,6 +246,7 @@ class Cutter {
       }
       cells.push_back(std::move(*below));
       cells.push_back(std::move(*above));
+      cuts_ = true;
     }
     body_.cells = std::move(cells);
     if (body_.cells.size() > kMostCells) {
@@ -284,6 +290,7 @@ class Cutter {
   std::string pointer_;
   CutBody body_;
   int joint_ = 0;
+  bool cuts_ = false;  ///< whether the entry at hand has parted or named a block
 };
 
 json polyhedron(const CutCell& cell, const std::vector<std::string>& joints) {

@@ -47,7 +47,11 @@ std::vector<MeshBlock> blocks_of_text(std::string_view text, MeshFormat format,
     throw MeshError("holds no faces");
   }
   std::vector<MeshBlock> blocks = blocks_of(surface);
-  for (MeshBlock& block : blocks) block.rounding = rounding_of(surface);
+  constexpr int kFloat = 8;  // digits; 9 tell a float from the next one
+  for (MeshBlock& block : blocks) {
+    block.rounding = rounding_of(surface);
+    block.single = block.rounding > 0.0 && surface.digits <= kFloat;
+  }
   return blocks;
 }
 

@@ -19,6 +19,7 @@ struct MeshBlock {
                        ///< empty: a block by itself
   double density = 0.0;   ///< kg/m3; 0: not stated
   double rounding = 0.0;  ///< of a coordinate as the file writes it, file units; 0: not known
+  bool single = false;    ///< decimals of at most 8 digits: what wrote it computes in floats
 };
 
 /// What a mesh file says that can't be worked with: line or element, value, limit.
@@ -63,8 +64,10 @@ void mark_lowest_course(std::vector<MeshBlock>& meshes);
 
 /// The convex hull of the mesh. Throws geometry::InputError when the surface of the mesh lies
 /// deeper than `tolerance` (m) below that hull, or does not enclose it. `tolerance` < 0: the larger
-/// of 1e-6 of the diameter and 4 times the rounding of a coordinate.
-geometry::Shape convex_block(const MeshBlock& mesh, double tolerance);
+/// of 1e-6 of the diameter, 1e-4 where the digits are those of floats, and 4 times the rounding of
+/// a coordinate. `taken`: where given, becomes the larger of itself and a depth beyond 1e-6 of the
+/// diameter, m.
+geometry::Shape convex_block(const MeshBlock& mesh, double tolerance, double* taken = nullptr);
 
 /// What one block is made of: the meshes that follow `first` with the same `body`, or it alone.
 std::span<const MeshBlock> meshes_of_block(std::span<const MeshBlock> meshes, std::size_t first);

@@ -1,6 +1,8 @@
-/// DXF as text: 3DFACE entities by layer; everything else is left aside.
+/// DXF as text: 3DFACE entities by layer. Other solids and surfaces are refused; what else a
+/// drawing has is left aside.
 
 #include <map>
+#include <set>
 
 #include "scene_file/mesh_surface.hpp"
 
@@ -19,8 +21,11 @@ class DxfReader {
       if (!words.next()) fail("a group code is missing");
       const long code = integer(code_line);
       if (code == 0) {
-        end_face();
-        in_face_ = value == "3DFACE";
+        begin_entity(value);
+      } else if (code == 2) {
+        take_name(value);
+      } else if (code == 70 && entity_ == "POLYLINE" && (integer(value) & kOfFaces) != 0) {
+        take_solid("POLYLINE of faces");
       } else if (in_face_ && code == 8) {
         layer_ = value;
       } else if (in_face_ && code >= 10 && code < 40 && code % 10 < 4) {
@@ -34,6 +39,31 @@ class DxfReader {
   }
 
  private:
+  static constexpr long kOfFaces = 16 + 64;  ///< flags of a POLYLINE that is a mesh
+
+  void begin_entity(std::string_view entity) {
+    end_face();
+    entity_ = entity;
+    in_face_ = entity == "3DFACE" && section_ != "BLOCKS";
+    for (const std::string_view solid : {"3DFACE", "MESH", "3DSOLID", "BODY"}) {
+      if (entity == solid && !in_face_) take_solid(std::string(solid));
+    }
+  }
+
+  /// Of a section, of a block, or of one that is inserted.
+  void take_name(std::string_view name) {
+    if (entity_ == "SECTION") section_ = name;
+    if (entity_ == "BLOCK") block_ = name;
+    if (entity_ == "INSERT" && solid_blocks_.contains(name)) {
+      take_solid("INSERT of block " + in_quotes(name));
+    }
+  }
+
+  void take_solid(const std::string& what) {
+    if (section_ != "BLOCKS") fail(what + " is not imported: explode it to 3DFACE");
+    solid_blocks_.insert(block_);
+  }
+
   [[noreturn]] void fail(const std::string& message) const {
     throw MeshError("line " + std::to_string(number_) + ": " + message);
   }
@@ -88,7 +118,8 @@ class DxfReader {
     in_face_ = false;
   }
 
-  std::string_view rest_, layer_;
+  std::string_view rest_, layer_, section_, entity_, block_;
+  std::set<std::string_view> solid_blocks_;  ///< with faces or solids: an INSERT would place these
   int number_ = 0;
   bool in_face_ = false;
   unsigned given_ = 0;  ///< corners, by bit

@@ -1,4 +1,4 @@
-/// BODIES.DAT of LMGC90: the POLYR of its RBDY3.
+/// BODIES.DAT of LMGC90: the POLYR and PLANx of its RBDY3.
 
 #include <Eigen/Geometry>
 #include <map>
@@ -90,6 +90,25 @@ MeshBlock polyr(Lines& lines, const Vector3& place, const Matrix3& axes) {
   return mesh;
 }
 
+/// A PLANx: a box by its half lengths.
+MeshBlock planx(const Lines& lines, const Vector3& place, const Matrix3& axes) {
+  Vector3 half = Vector3::Zero();
+  for (std::size_t i = 0; i + 1 < lines.words().size(); ++i) {
+    const std::string_view word = lines.words()[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      if (word == "axe" + std::to_string(axis + 1)) half[axis] = lines.real(i + 1);
+    }
+  }
+  if (!(half.minCoeff() > 0.0)) lines.fail("a PLANx has axe1, axe2 and axe3, greater than 0");
+  std::vector<std::array<double, 3>> corners;
+  for (unsigned c = 0; c < 8; ++c) {
+    const Vector3 signs((c & 1U) ? 1.0 : -1.0, (c & 2U) ? 1.0 : -1.0, (c & 4U) ? 1.0 : -1.0);
+    const Vector3 corner = place + axes * half.cwiseProduct(signs);
+    corners.push_back({corner.x(), corner.y(), corner.z()});
+  }
+  return hull_mesh("", corners);
+}
+
 }  // namespace
 
 std::vector<MeshBlock> read_lmgc90(std::string_view text, std::string_view dof) {
@@ -112,16 +131,17 @@ std::vector<MeshBlock> read_lmgc90(std::string_view text, std::string_view dof) 
       number = lines.integer(1);
     } else if (word == "NO6xx") {
       place = three(lines, "coo1", 2) + turned[number].translation;
-    } else if (word == "POLYR") {
-      blocks.push_back(polyr(lines, place, turned[number].axes));
+    } else if (word == "POLYR" || word == "PLANx") {
+      const Matrix3& axes = turned[number].axes;
+      blocks.push_back(word == "POLYR" ? polyr(lines, place, axes) : planx(lines, place, axes));
       blocks.back().body = "RBDY3_" + std::to_string(number);
       blocks.back().id = blocks.back().body + "." + std::to_string(blocks.size() - 1 - first);
-    } else if (word == "SPHER" || word == "CYLND" || word == "PLANx" || word == "DNLYC") {
-      lines.fail("a contactor " + in_quotes(word) + " is not imported: POLYR alone are");
+    } else if (word == "SPHER" || word == "SPHEb" || word == "CYLND" || word == "DNLYC") {
+      lines.fail("a contactor " + in_quotes(word) + " is not imported: POLYR and PLANx alone are");
     }
   }
   end_body();
-  if (blocks.empty()) throw MeshError("holds no POLYR");
+  if (blocks.empty()) throw MeshError("holds no POLYR and no PLANx");
   return blocks;
 }
 

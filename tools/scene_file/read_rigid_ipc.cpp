@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -55,12 +56,48 @@ std::string mesh_path(const std::string& file, const std::string& mesh) {
                   " beside it, nor in a folder \"meshes\" above");
 }
 
+/// Of a mesh: `dimensions` (m) say how large it is to be, in place of `scale`.
+Vector3 scale_of(const json& body, const std::vector<MeshBlock>& meshes) {
+  if (!body.contains("dimensions")) return vector_at(body, "scale", Vector3::Ones());
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const MeshBlock& mesh : meshes) {
+    low = low.cwiseMin(Vector3(mesh.vertices.rowwise().minCoeff()));
+    high = high.cwiseMax(Vector3(mesh.vertices.rowwise().maxCoeff()));
+  }
+  const Vector3 wanted = vector_at(body, "dimensions", Vector3::Ones());
+  return (high.array() > low.array()).select(wanted.array() / (high - low).array(), wanted);
+}
+
+/// A flat support is the upper side, y up, of a slab a tenth as thick as it is wide.
+void thicken(MeshBlock& mesh) {
+  constexpr double kFlat = 1e-9, kThick = 0.1;  // of its width
+  const Vector3 first = mesh.vertices.col(0);
+  const geometry::Points from_first = mesh.vertices.colwise() - first;
+  const double width = from_first.colwise().norm().maxCoeff();
+  const std::vector<int>& face = mesh.faces.front();
+  Vector3 up = Vector3(mesh.vertices.col(face[1]) - mesh.vertices.col(face[0]))
+                   .cross(Vector3(mesh.vertices.col(face[2]) - mesh.vertices.col(face[0])))
+                   .normalized();
+  if (up.y() < 0.0) up = -up;
+  if ((up.transpose() * from_first).cwiseAbs().maxCoeff() > kFlat * width) return;
+  std::vector<std::array<double, 3>> corners;
+  for (const double depth : {0.0, kThick * width}) {
+    for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+      const Vector3 corner = mesh.vertices.col(v) - depth * up;
+      corners.push_back({corner.x(), corner.y(), corner.z()});
+    }
+  }
+  MeshBlock slab = hull_mesh(mesh.id, corners);
+  mesh.vertices = std::move(slab.vertices);
+  mesh.faces = std::move(slab.faces);
+}
+
 void append_body(const json& body, std::size_t number, const std::string& file,
                  std::vector<MeshBlock>& blocks) {
   const std::string path = mesh_path(file, body.at("mesh").get<std::string>());
-  const Matrix3 linear = rotation_of(body) * vector_at(body, "scale", Vector3::Ones()).asDiagonal();
   const Vector3 position = vector_at(body, "position", Vector3::Zero());
   std::vector<MeshBlock> meshes = read_mesh_file(path, mesh_format(path, ""));
+  const Matrix3 linear = rotation_of(body) * scale_of(body, meshes).asDiagonal();
   const std::string name = "body" + std::to_string(number);
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     MeshBlock& mesh = meshes[m];
@@ -71,6 +108,7 @@ void append_body(const json& body, std::size_t number, const std::string& file,
     mesh.body = meshes.size() == 1 ? "" : name;
     mesh.is_support = is_fixed(body);
     mesh.density = body.value("density", 0.0);
+    if (mesh.is_support) thicken(mesh);
     blocks.push_back(std::move(mesh));
   }
 }

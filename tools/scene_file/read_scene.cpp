@@ -7,6 +7,7 @@
 #include <numbers>
 #include <quoin/geometry/mass_properties.hpp>
 #include <set>
+#include <sstream>
 
 #include "scene_file/cut.hpp"
 #include "scene_file/mesh_file.hpp"
@@ -550,6 +551,7 @@ class Reader {
       entries_.reserve(meshes.size());
     }
     MovedHulls hulls;
+    taken_ = 0.0;
     for (std::size_t m = 0; m < meshes.size();) {
       const std::span<const MeshBlock> of_block = meshes_of_block(meshes, m);
       const MeshBlock& mesh = of_block.front();
@@ -566,6 +568,11 @@ class Reader {
       }
       m += of_block.size();
     }
+    if (!(taken_ > 0.0)) return;
+    std::ostringstream line;
+    line << value["file"].get<std::string>() << ": blocks whose surface lies up to " << taken_
+         << " m below their convex hull are taken for convex (convexity_tolerance)";
+    file_.notes.push_back(line.str());
   }
 
   /// `value`: of the block file.
@@ -573,15 +580,16 @@ class Reader {
     const double tolerance = value.value("convexity_tolerance", -1.0);
     const bool split = value.value("split", false);
     if (meshes.size() == 1 && !split) {
-      return {std::make_shared<const geometry::Shape>(hulls.shape_of(
-          meshes[0], [&] { return topologies_.share(convex_block(meshes[0], tolerance)); }))};
+      return {std::make_shared<const geometry::Shape>(hulls.shape_of(meshes[0], [&] {
+        return topologies_.share(convex_block(meshes[0], tolerance, &taken_));
+      }))};
     }
     std::vector<geometry::Shape> parts;
     for (const MeshBlock& mesh : meshes) {
       if (split) {
         std::ranges::move(convex_parts(mesh), std::back_inserter(parts));
       } else {
-        parts.push_back(convex_block(mesh, tolerance));
+        parts.push_back(convex_block(mesh, tolerance, &taken_));
       }
     }
     if (parts.size() == 1) return {std::make_shared<const geometry::Shape>(parts.front())};
@@ -832,7 +840,16 @@ class Reader {
       throw SceneError(pointer + "/block",
                        value["block"].dump() + " is fixed or prescribed and can't bear it");
     }
+    require_present(block, pointer + "/block");
     return block;
+  }
+
+  /// Of what a stage gives; what was given before waits for a block that is absent.
+  void require_present(int block, const std::string& pointer) const {
+    if (!at_start_ || !absent_[static_cast<std::size_t>(block)]) return;
+    throw SceneError(pointer,
+                     json(file_.scene.blocks[static_cast<std::size_t>(block)].name).dump() +
+                         " is not there in this stage");
   }
 
   int face_towards(int block, const Vector3& direction, const std::string& pointer) const {
@@ -897,6 +914,30 @@ class Reader {
     file_.scene.fixed_points.push_back(std::move(fixed));
   }
 
+  /// What a tie states twice, or by halves.
+  void check_tie(const json& value, const std::string& name, const std::string& pointer) const {
+    const bool of_bar = value.contains("young") && value.contains("area");
+    if (value.contains("stiffness") == of_bar ||
+        value.contains("young") != value.contains("area")) {
+      throw SceneError(pointer, "needs either \"stiffness\", or \"young\" and \"area\"");
+    }
+    for (const char* other : {"stiffness", "rest_length"}) {
+      if (!value.contains("points") || !value.contains(other)) continue;
+      throw SceneError(pointer + "/" + other,
+                       "a tie that is grouted at \"points\" takes \"young\" and \"area\", and "
+                       "\"pretension\": its parts have different lengths");
+    }
+    if (value.contains("pretension") && value.contains("rest_length")) {
+      throw SceneError(pointer + "/rest_length", "can't be given together with \"pretension\"");
+    }
+    const auto same = [&](const solver::Tie& tie) {
+      return tie.name == name || tie.name.starts_with(name + "/");
+    };
+    if (std::ranges::any_of(file_.scene.ties, same)) {
+      throw SceneError(pointer + "/name", "another tie is named " + json(name).dump());
+    }
+  }
+
   void read_tie(const json& value, const std::string& pointer) {
     solver::Tie tie{.pretension = value.value("pretension", 0.0),
                     .rest_length = value.value("rest_length", 0.0),
@@ -905,19 +946,19 @@ class Reader {
                     .break_force = value.value("break_force", solver::Tie{}.break_force),
                     .break_strain = value.value("break_strain", solver::Tie{}.break_strain),
                     .name = value.value("name", "tie" + pointer.substr(pointer.rfind('/') + 1))};
+    check_tie(value, tie.name, pointer);
     const auto read_end = [&](const char* key, int& block, Vector3& point) {
       const json& end = value[key];
-      if (end.contains("block")) block = block_named(end["block"], pointer + "/" + key + "/block");
+      if (end.contains("block")) {
+        block = block_named(end["block"], pointer + "/" + key + "/block");
+        require_present(block, pointer + "/" + key + "/block");
+      }
       point = read_vector(end["point"]);
     };
     read_end("from", tie.a, tie.point_a);
     read_end("to", tie.b, tie.point_b);
     const double length = (tie.point_b - tie.point_a).norm();
-    const bool of_bar = value.contains("young") && value.contains("area");
-    if (value.contains("stiffness") == of_bar ||
-        value.contains("young") != value.contains("area")) {
-      throw SceneError(pointer, "needs either \"stiffness\", or \"young\" and \"area\"");
-    }
+    const bool of_bar = value.contains("young");
     tie.stiffness = of_bar ? value["young"].get<double>() * value["area"].get<double>() / length
                            : value["stiffness"].get<double>();
     std::vector<solver::Tie>& ties = file_.scene.ties;
@@ -1107,6 +1148,13 @@ class Reader {
       throw SceneError(pointer, "\"" + std::string(key) +
                                     "\" comes to rest in each part, and takes no " +
                                     (stage.steps ? "\"steps\"" : "\"ramp\""));
+    }
+    if (value.contains("ramp")) {
+      const solver::Scene& now = file_.scene;
+      const bool none = now.point_loads.empty() && now.face_loads.empty() && now.body_loads.empty();
+      if (value.contains("loads") ? value["loads"].empty() : none) {
+        throw SceneError(pointer + "/ramp", "there are no loads that it could multiply");
+      }
     }
     require_time_step(stage.time_step,
                       value.contains("time_step") ? pointer + "/time_step" : "/smallest_time_step");
@@ -1435,6 +1483,7 @@ class Reader {
   std::vector<std::string> files_without_support_;
   mutable std::vector<std::string> records_;  ///< files of functions of time
   SharedTopologies topologies_;
+  double taken_ = 0.0;  ///< of the file at hand: the deepest surface that is taken for convex, m
   std::optional<solver::Scene> at_start_;  ///< kept as soon as a stage changes the scene
   std::vector<char> absent_;               ///< by block: in the stage that is being read
 };

@@ -492,13 +492,14 @@ class Runner {
     const StageResult& done = result_.stages.back();
     while (going_) {
       const bool ended = has_ended(stage);
-      if (done.verdict == solver::StaticVerdict::Mechanism && done.end != StageEnd::Moved) {
+      const bool loose = done.verdict == solver::StaticVerdict::Mechanism;
+      if (loose && done.end != StageEnd::Moved) {
         if (stage.ramp_to > 0.0) return;
-        if (stage.on_mechanism == OnMechanism::Fail) {
-          return fail(RunStatus::Mechanism, mechanism(done));
+        if (stage.on_mechanism != OnMechanism::Fail) {
+          if (!take_loose(stage)) return;
+          continue;
         }
-        if (!take_loose(stage)) return;
-        continue;
+        if (!(stage.until_moved > 0.0)) return fail(RunStatus::Mechanism, mechanism(done));
       }
       if (ended && !next_round(stage)) return;
       if (!stage.steps && steps_of_round() >= stage.max_steps) return not_at_rest();

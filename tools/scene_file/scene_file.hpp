@@ -114,6 +114,7 @@ struct SceneFile {
   bool paraview = true;                ///< are ParaView files wanted?
   int history_every = 1;               ///< steps between lines of the history
   std::vector<std::string> sources{};  ///< the files that it was read from
+  std::vector<std::string> notes{};    ///< what of them was taken otherwise than it stands
 
   /// The scene as it stands in a stage. `scene` is that of the start of the run.
   const solver::Scene& scene_in(std::size_t stage) const;

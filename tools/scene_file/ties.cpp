@@ -49,6 +49,11 @@ std::vector<solver::Tie> grouted_tie(const solver::Scene& scene, const solver::T
       ties.push_back(part);
     }
   }
+  if (ties.empty()) {
+    throw geometry::InputError("all " + std::to_string(points) +
+                               " points of the grouted tie lie in one block, or in blocks that "
+                               "can't move: it spans no joint");
+  }
   return ties;
 }
 

@@ -29,7 +29,11 @@ double mean_damage(const Joint& joint, const Contact& contact, double further) {
   return (0.5 * (now + end) * rising + (further - rising)) / further;
 }
 
-Vector3 trial_force(const LinearContact& c, const Vector3& multiplier, double softness) {
+/// Softer contacts are augmentations, whose multipliers make up for it. Ties and dashpots are not.
+double softness_of(const LinearContact& c, double softness) { return is_link(c) ? 1.0 : softness; }
+
+Vector3 trial_force(const LinearContact& c, const Vector3& multiplier, double all) {
+  const double softness = softness_of(c, all);
   const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
   return {multiplier[0] - normal * c.relative[0], multiplier[1] - shear * c.relative[1],
           multiplier[2] - shear * c.relative[2]};
@@ -104,6 +108,8 @@ bool clings(const Joint& joint, const Contact& contact) {
   return bonded_in_shear(joint, contact) ||
          (strength(joint, contact).cohesion > 0.0 && contact.point.area > 0.0);
 }
+
+bool is_link(const LinearContact& c) { return c.compliant && c.law >= ContactLaw::Bilateral; }
 
 bool unpressed(const LinearContact& c) { return c.clings && !(c.force[0] > 0.0); }
 
@@ -209,8 +215,8 @@ Eigen::Vector2d gap_by_slip(const LinearContact& c) {
 Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   Matrix3 result = Matrix3::Zero();
   if (c.mode == ContactMode::Open) return result;
-  const double normal = options.softness * c.normal_stiffness;
-  const double shear = options.softness * c.shear_stiffness;
+  const double softness = softness_of(c, options.softness);
+  const double normal = softness * c.normal_stiffness, shear = softness * c.shear_stiffness;
   if (options.assumed || !unpressed(c)) result(0, 0) = normal;
   if (c.law == ContactLaw::Frictionless) return result;
   if (c.mode == ContactMode::Stick) {

@@ -54,6 +54,9 @@ void open_by_slip(LinearContact& contact);
 /// what has opened is found when the step is solved (joint_failure.hpp).
 bool clings(const Joint& joint, const Contact& contact);
 
+/// Whether it is a tie or a dashpot: its stiffness is its own, and never an augmentation.
+bool is_link(const LinearContact& contact);
+
 /// Whether it clings, and nothing presses it: no force and no condition along its normal.
 bool unpressed(const LinearContact& contact);
 

@@ -82,6 +82,20 @@ bool is_overloaded(const Tie& tie, const TieState& state) {
                            state.length > state.rest_length * (1.0 + tie.break_strain));
 }
 
+double force_until_break(const Tie& tie, const TieState& before, double length) {
+  const double start = elongation(before, before.length), end = elongation(before, length);
+  const double by_force = tie.break_force / tie.stiffness;
+  const double by_strain = before.rest_length * tie.break_strain - before.plastic;
+  double least = -std::numeric_limits<double>::infinity(), most = by_strain;
+  if (tie.break_force < tie.yield_force) {
+    most = std::min(by_force, by_strain);
+    if (!tie.tension_only) least = -by_force;
+  }
+  const double broken = std::clamp(end, least, most);
+  if (!((broken - start) * (end - start) > 0.0)) return 0.0;  // at once
+  return (work_to(tie, broken) - work_to(tie, start)) / (end - start);
+}
+
 void linearise_tie(const TieModel& model, const TieState& before, const StepPoses& poses,
                    double end_share, LinearContact& c) {
   const Vector3 start = reach_of(model, poses.start), end = reach_of(model, poses.end);
@@ -111,7 +125,12 @@ void linearise_tie(const TieModel& model, const TieState& before, const StepPose
   c.multiplier.setZero();
   c.shear_stiffness = std::max(c.force[0], 0.0) / both;
   c.normal_stiffness = before.broken ? 0.0 : model.tie.stiffness;
-  if (before.broken || !(end_share < 1.0)) return;
+  if (before.broken) {
+    c.multiplier[0] = before.force;
+    c.bonded = before.force < 0.0;
+    return;
+  }
+  if (!(end_share < 1.0)) return;
   const double stretched = elongation(before, length);
   const MeanForce mean = mean_force(model.tie, -c.start[0], stretched);
   c.multiplier[0] = mean.force - mean.slope * stretched;
@@ -124,8 +143,9 @@ ContactWork tie_work(const Tie& tie, const TieState& before, const TieState& end
   ContactWork work{.stored = stored_energy(tie, end)};
   const double gained = work.stored - stored_energy(tie, before);
   const double yielded = std::abs(end.plastic - before.plastic);
-  work.heat = end.broken ? -gained : yielded > 0 ? tie.yield_force * yielded : 0.0;
-  work.scheme = force * (end.length - before.length) - gained - work.heat;
+  const double done = force * (end.length - before.length);
+  work.heat = end.broken ? done - gained : yielded > 0 ? tie.yield_force * yielded : 0.0;
+  work.scheme = done - gained - work.heat;
   return work;
 }
 

@@ -26,11 +26,16 @@ TieState tie_at_end(const TieModel& model, const TieState& before, std::span<con
 /// Whether it bears more than it can.
 bool is_overloaded(const Tie& tie, const TieState& state);
 
+/// Of one that the length (m) at a step's end overloads: the mean force of the step, N, tension
+/// positive, where it bears all up to the moment at which it breaks and nothing from then on, and
+/// its length changes evenly.
+double force_until_break(const Tie& tie, const TieState& before, double length);
+
 /// d, and the law between the step's start and its present end. First row: length that it lacks to
 /// its unstressed length, so that tension is f_n > 0; its discrete derivative is exact. The other
 /// two let the tie's direction follow the increment in Newton's method, and vanish at the solution.
 /// `end_share`: see StepScheme; below 1 the force is the mean that does exactly the stored and
-/// plastic work.
+/// plastic work. One that is broken pulls with `before.force` all the step.
 void linearise_tie(const TieModel& model, const TieState& before, const StepPoses& poses,
                    double end_share, LinearContact& linear);
 

@@ -253,7 +253,8 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                          Progress& progress, NewtonCount& count) {
-  const bool springs = agreement_.any(std::ranges::any_of(contacts, &LinearContact::compliant));
+  const auto is_spring = [](const LinearContact& c) { return c.compliant && !is_link(c); };
+  const bool springs = agreement_.any(std::ranges::any_of(contacts, is_spring));
   double& softness = progress.softness;
   progress.slow = options.moves || softness < 1.0;
   solved_.assign(newton_.change().size(), Vector12::Zero());

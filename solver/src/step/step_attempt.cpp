@@ -317,12 +317,15 @@ double largest_displacement(const SubStep& step, const StepPoses& poses) {
   return largest;
 }
 
-/// Breaks those that the solution overloads; true when there are any. `ties`: at the start.
+/// Breaks those that the solution overloads; true when there are any. `ties`: at the start; a
+/// broken one has the mean of what it bore in the step for its force.
 bool break_ties(const SubStep& step, const StepPoses& poses, std::span<TieState> ties) {
   bool any = false;
   for (std::size_t t = 0; t < ties.size(); ++t) {
     const TieModel& model = step.compiled.ties[index(step.island.ties[t])];
-    if (!is_overloaded(model.tie, tie_at_end(model, ties[t], poses.end))) continue;
+    const TieState end = tie_at_end(model, ties[t], poses.end);
+    if (!is_overloaded(model.tie, end)) continue;
+    ties[t].force = step.dynamic() ? force_until_break(model.tie, ties[t], end.length) : 0.0;
     ties[t].broken = any = true;
   }
   return any;

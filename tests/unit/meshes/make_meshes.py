@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the mesh files of this folder by other programs: VTK, meshio and assimp.
+"""Writes the mesh files of this folder by other programs: VTK, meshio, assimp and ezdxf.
 
-    tests/unit/meshes/make_meshes.py        # Debian: python3-vtk9 python3-meshio assimp-utils
+    tests/unit/meshes/make_meshes.py        # Debian: python3-vtk9 python3-meshio assimp-utils python3-ezdxf
 
 Two boxes in each, 2 × 1 × 0.5 and 1 × 1 × 0.5, the second on the first so that they share an edge and a
 part of a face. Names say who wrote them; the files are committed, this is run only to add one.
@@ -12,6 +12,7 @@ import subprocess
 import meshio
 import numpy as np
 import vtk
+from ezdxf.addons.r12writer import r12writer
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 BOXES = [(0, 2, 0, 1, 0, 0.5), (0, 1, 0, 1, 0.5, 1)]
@@ -76,8 +77,17 @@ def by_assimp():
                        check=True, stdout=subprocess.DEVNULL)
 
 
+def by_ezdxf():
+    with r12writer(FOLDER / "ezdxf.dxf") as dxf:
+        for x0, x1, y0, y1, z0, z1 in BOXES:
+            corners = [(x, y, z) for z in (z0, z1) for y in (y0, y1) for x in (x0, x1)]
+            for face in ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)):
+                dxf.add_3dface([corners[i] for i in face])
+
+
 by_vtk()
 by_meshio()
 by_assimp()
+by_ezdxf()
 for left in FOLDER.glob("*.mtl"):
     left.unlink()
