@@ -3,6 +3,7 @@
 #include <muParser.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -34,23 +35,38 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 class CaseFormula {
  public:
   CaseFormula(const Json& text, Names& names, const std::string& pointer) : pointer_(pointer) {
-    parser_.DefineConst("pi", std::numbers::pi);
-    parser_.DefineConst("deg", std::numbers::pi / 180);
-    if (!names.contains("g")) parser_.DefineConst("g", 9.81);
-    parser_.DefineFun("norm", norm);
-    parser_.DefineFun("det", det);
-    for (auto& [name, value] : names) parser_.DefineVar(name, &value);
-    parser_.SetExpr(text.is_number() ? text.dump() : text.get<std::string>());
+    try {
+      define(names);
+      parser_.SetExpr(text.is_number() ? text.dump() : text.get<std::string>());
+    } catch (const mu::Parser::exception_type& error) {
+      throw refusal(error);
+    }
   }
   double operator()() const {
     try {
       return parser_.Eval();
     } catch (const mu::Parser::exception_type& error) {
-      throw SceneError(pointer_, shown(parser_.GetExpr()) + ": " + printable(error.GetMsg(), 120));
+      throw refusal(error);
     }
   }
 
  private:
+  void define(Names& names) {
+    parser_.DefineConst("pi", std::numbers::pi);
+    parser_.DefineConst("deg", std::numbers::pi / 180);
+    if (!names.contains("g")) parser_.DefineConst("g", 9.81);
+    parser_.DefineFun("norm", norm);
+    parser_.DefineFun("det", det);
+    // A monitor may have a name that no formula can.
+    const auto in_word = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+    for (auto& [name, value] : names) {
+      const bool word = std::ranges::all_of(name, in_word) && !std::isdigit(name[0]);
+      if (word) parser_.DefineVar(name, &value);
+    }
+  }
+  SceneError refusal(const mu::Parser::exception_type& error) const {
+    return {pointer_, shown(parser_.GetExpr()) + ": " + printable(error.GetMsg(), 120)};
+  }
   static double norm(const double* x, int count) {
     return Eigen::Map<const Eigen::VectorXd>(x, count).norm();
   }
@@ -267,7 +283,8 @@ class Gathering {
     if (dynamic_ && view.simulation.options().analysis != solver::Analysis::Dynamic) return;
     for (const Tracked& tracked : tracked_) {
       const double value = tracked.formula();
-      if (!(value <= *tracked.value)) *tracked.value = value;  // NaN stays to be seen
+      if (std::isnan(*tracked.value)) continue;  // it stays to be seen
+      if (!(value <= *tracked.value)) *tracked.value = value;
     }
     for (Sample& sample : samples_) {
       if (sample.taken || sample.due() == 0.0) continue;
