@@ -51,12 +51,12 @@ def write_page(head, parts, path):
         sections[name] = {"type": CODES[values.dtype.name], "at": at, "count": int(values.size)}
         blob.append(raw + b"\0" * (-len(raw) % 8))
         at += len(blob[-1])
-    data = base64.b64encode(zlib.compress(b"".join(blob), 1)).decode()
+    data = base64.b64encode(zlib.compress(b"".join(blob), 1))
     text = json.dumps({**head, "sections": sections}, separators=(",", ":"), ensure_ascii=False)
-    template = (HERE / "viewer" / "dist" / "page.html").read_text(encoding="utf-8")
-    before, middle, after = re.split("@HEAD@|@DATA@", template)
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(before + text.replace("<", "\\u003c") + middle + data + after)
+    template = (HERE / "viewer" / "dist" / "page.html").read_bytes()
+    before, middle, after = re.split(b"@HEAD@|@DATA@", template)
+    with open(path, "wb") as file:
+        file.writelines((before, text.replace("<", "\\u003c").encode(), middle, data, after))
 
 
 def shapes_of(blocks, points):
@@ -147,24 +147,24 @@ def by_block(found, name, order):
 def read_frames(listed, first, points, origins):
     """Of all times: motion, speed, compression, kind; box of what moves."""
     corners, inverse = spanning_corners(first, points)
-    start = points[corners]
-    arms, inverse = (origins - start[:, 0]).T, np.ascontiguousarray(inverse.transpose(1, 2, 0))
+    start = np.ascontiguousarray(points[corners.T].transpose(0, 2, 1))  # corner × axis × block
+    arms, inverse = origins.T - start[0], np.ascontiguousarray(inverse.transpose(1, 2, 0))
     motion, speed, compression, kinds = [], [], [], []
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for _, path in listed:
         with reading(path):
             found = pieces(path)
             order = np.argsort(np.concatenate([piece["block"] for piece in found]), kind="stable")
-            places = np.concatenate([piece["Points"] for piece in found])[corners]
-            change = np.ascontiguousarray((places - start).transpose(1, 2, 0))
+            places = np.ascontiguousarray(np.concatenate([piece["Points"] for piece in found])[corners.T].transpose(0, 2, 1))
+            change = places - start
             sides = change[1:] - change[0]
             B = np.stack([[(inverse[i] * sides[:, k]).sum(axis=0) for i in range(3)] for k in range(3)])  # change = B arm
             motion.append(motion_of(change[0] + (B * arms).sum(axis=1), B + np.eye(3)[:, :, None]))
             speed.append(by_block(found, "speed", order))
             compression.append(-by_block(found, "principal_stress", order)[:, 2])
             kinds.append(by_block(found, "kind", order))
-            seen = places[kinds[-1] < FIXED] if (kinds[-1] < FIXED).any() else places
-            low, high = np.minimum(low, seen.min(axis=(0, 1))), np.maximum(high, seen.max(axis=(0, 1)))
+            seen = places[:, :, kinds[-1] < FIXED] if (kinds[-1] < FIXED).any() else places
+            low, high = np.minimum(low, seen.min(axis=2).min(axis=0)), np.maximum(high, seen.max(axis=2).max(axis=0))
     return [np.array(x) for x in (motion, speed, compression, kinds)], low, high
 
 

@@ -136,7 +136,7 @@ class Browser:
         self.profile.cleanup()
 
 
-STEPS = "for (let i = 0; i < 100; ++i) { quoin.show(i % quoin.frames); quoin.draw(); }"
+STEPS = "for (let i = 0; i < 100; ++i) quoin.show(i % quoin.frames)"
 SHOWN = """(() => { const start = performance.now(), n = 2, gl = quoin.renderer.getContext(), pixel = new Uint8Array(4);
     for (let i = 0; i < n; ++i) {
       quoin.show(Math.floor(i * quoin.frames / n));
