@@ -126,6 +126,10 @@ class Loads(FolderTest):
         far = {"type": "plane", "name": "far", "dip_deg": 0, "point": [0, 0, 9]}
         cut = {"block": {"kind": "fixed", "material": "stone"}, "body": box([0, 0, 0], [1, 1, 1]), "cuts": [far]}
         self.refused(scene([FLOOR], cut=cut), "/cut/cuts/0", "cuts no block")
+        far.update(type="disc", centre=far.pop("point"), radius=1)
+        self.run_scene(scene([FLOOR, cube("rigid", low=(2, 0, 0), high=(3, 1, 1))], cut=cut))  # of many, one may miss
+        far["only_in"] = [{"min": [5, 5, 5], "max": [6, 6, 6]}]
+        self.refused(scene([FLOOR], cut=cut), "/cut/cuts/0", "only_in leaves no block")
         over = [FLOOR, cube("rigid"), cube("rigid", "b", (0.6, 0, 1), (2.6, 1, 2))]
         done = self.command("run", scene(over, [{"analysis": "static", "on_mechanism": "remove"},
                                                 {"analysis": "static", "loads": [load]}]))

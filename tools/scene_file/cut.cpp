@@ -114,9 +114,9 @@ class Cutter {
       cuts_ = false;
       try {
         cut_by(entry);
-        if (!cuts_ && entry["type"] != "disc") {  // of a network some discs may miss
-          throw geometry::InputError("cuts no block: none in its reach");
-        }
+        // The planes of a set may lie farther apart than the body is wide; of discs some may miss.
+        const bool meant = entry["type"] == "plane" || entry["type"] == "excavation";
+        if (meant && !cuts_) throw geometry::InputError("cuts no block: it meets none");
       } catch (const geometry::InputError& error) {
         throw SceneError(place, error.what());
       } catch (const std::length_error& error) {
@@ -147,6 +147,10 @@ class Cutter {
     const std::string type = entry["type"];
     check_regions(entry);
     const Range range(entry);
+    const auto in_range = [&](const CutCell& cell) { return range.has(cell); };
+    if (std::ranges::none_of(body_.cells, in_range)) {
+      throw geometry::InputError("only_in leaves no block");
+    }
     if (type == "joint_set") return cut_by_set(entry, range);
     if (type == "excavation") return excavate(entry, range);
     const geometry::Plane plane{read_vector(entry[type == "disc" ? "centre" : "point"]),
