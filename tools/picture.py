@@ -26,7 +26,7 @@ from matplotlib.cm import ScalarMappable  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import Normalize  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
-from run_output import FIXED, Blocks, Contacts, frame_labels, run_program, series, shown_times  # noqa: E402
+from run_output import FIXED, Blocks, Contacts, frame_labels, largest_compression, run_program, series, shown_times  # noqa: E402
 
 COMMAND = os.environ.get("QUOIN", "quoin")  # draws the pixels
 HELD = np.array([0.76, 0.75, 0.73])
@@ -39,9 +39,9 @@ STATES = (("open", lambda c: c.state == 0,
           ("slip", lambda c: c.state == 2, {"marker": "^", "color": "#D55E00", "ms": 3.8, "zorder": 3.1}),
           ("failed", lambda c: c.failed,
            {"marker": "o", "color": "#000000", "markerfacecolor": "none", "ms": 6, "zorder": 3.0}))
-QUANTITIES = {"displacement": ("displacement of each block (m)", lambda b: np.linalg.norm(b.displacement(), axis=1)),
-              "speed": ("speed of each block (m/s)", lambda b: b.speed),
-              "compression": ("largest compression of each block (Pa)", lambda b: b.compression)}
+QUANTITIES = {"displacement": ("displacement of each block (m)", lambda f: np.linalg.norm(f.blocks.displacement(), axis=1)),
+              "speed": ("speed of each block (m/s)", lambda f: f.blocks.speed),
+              "compression": ("largest compression of each block (Pa)", lambda f: largest_compression(f.blocks, f.contacts))}
 DPI = 130
 WIDTH = 7.2  # inches
 TITLE, BAR, FOOT, LEGEND = 34, 65, 5, 39  # pixels: above a panel; below all of them, with a bar or without; above all of them
@@ -114,12 +114,12 @@ def raster(corners, sizes, colours, view, centre, scale, width, height, samples=
     return pixels, np.frombuffer(done.stdout, "<f4", width * height, pixels.size).reshape(height, width)
 
 
-def colours_of(blocks, given, limits):
+def colours_of(frame, given, limits):
     """Of each block."""
-    held = blocks.kind >= FIXED
+    held = frame.blocks.kind >= FIXED
     colours = FREE[np.arange(len(held)) % len(FREE)]
     if limits is not None:
-        value = QUANTITIES[given.colour][1](blocks)
+        value = QUANTITIES[given.colour][1](frame)
         colours = plt.get_cmap("viridis")(Normalize(*limits)(value))[:, :3]
     colours = np.where(held[:, None], HELD, colours)
     return 0.45 * colours + 0.55 if given.forces else colours  # light, so that arrows are seen
@@ -131,7 +131,7 @@ def draw_blocks(axis, frame, given, box, limits, pixels):
     kept = ~np.isin(block, given.hide)
     corners = frame.blocks.placed(given.scale)[corners[np.repeat(kept, sizes)]]
     scale = pixels[0] / (box[1] - box[0])[0]
-    image, depth = raster(corners, sizes[kept], colours_of(frame.blocks, given, limits)[block[kept]],
+    image, depth = raster(corners, sizes[kept], colours_of(frame, given, limits)[block[kept]],
                           given.view, (box[0] + box[1]) / 2, scale, *pixels)
     corner = axis.get_window_extent()
     axis.figure.figimage(image, round(corner.x0), round(corner.y0), origin="upper", zorder=-1)  # imshow would resample
@@ -207,7 +207,7 @@ def bars_of(frames, given):
     """{what: (least, largest)} of the colour bars, over all frames."""
     bars = {}
     if given.colour != "block":
-        values = [QUANTITIES[given.colour][1](f.blocks)[f.blocks.kind < FIXED] for f in frames]
+        values = [QUANTITIES[given.colour][1](f)[f.blocks.kind < FIXED] for f in frames]
         low, high = min(v.min(initial=0.0) for v in values), max(v.max(initial=0.0) for v in values)
         bars["colour"] = (low, high if high > low else low + 1.0)
     largest = largest_force(frames) if given.forces else 0.0

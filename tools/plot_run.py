@@ -18,7 +18,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 from matplotlib.ticker import MaxNLocator  # noqa: E402
-from run_output import Blocks, Contacts, history, run_program, series  # noqa: E402
+from run_output import Blocks, Contacts, edge_stresses, history, largest_compression, run_program, series  # noqa: E402
 
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
 AXES = {"xz": [0, 2], "yz": [1, 2]}
@@ -132,29 +132,6 @@ def hull(points):
     return halves
 
 
-def volume_and_centroid(points, faces):
-    """Of a closed polyhedron, m3 and m, by the tetrahedra from one of its corners to its faces."""
-    origin = points[faces[0][0]]
-    corners = np.array([[points[face[0]], points[face[i]], points[face[i + 1]]]
-                        for face in faces for i in range(1, len(face) - 1)]) - origin
-    volumes = np.linalg.det(corners) / 6
-    return volumes.sum(), origin + volumes @ corners.sum(axis=1) / 4 / volumes.sum()
-
-
-def largest_compression(blocks, contacts):
-    """Of each block, Pa: of the mean stress of its contact forces and its weight, the sum over its contact
-    points of arm from the centroid times force, over the volume (Love, Weber). Loads and forces of fixed
-    points have no part in it: the files do not say where they act."""
-    shapes = [volume_and_centroid(blocks.points, faces) if faces else (np.inf, np.zeros(3)) for faces in blocks.faces]
-    volumes, centroids = np.array([v for v, _ in shapes]), np.array([c for _, c in shapes])
-    stresses = np.zeros((len(shapes), 3, 3))
-    for side, sign in ((0, -1.0), (1, 1.0)):
-        of = contacts.pair[:, side]
-        np.add.at(stresses, of, sign * (contacts.points - centroids[of])[:, :, None] * contacts.force_on_b[:, None, :])
-    stresses /= volumes[:, None, None]
-    return -np.linalg.eigvalsh(0.5 * (stresses + stresses.transpose(0, 2, 1)))[:, 0]
-
-
 def draw_compression(figure, axis, outlines, held, compression):
     shown = PolyCollection([o for o, h in zip(outlines, held) if not h], array=compression[~held] / 1000,
                            cmap="cividis_r", edgecolors="face", linewidths=0.1)
@@ -201,7 +178,8 @@ def thrust_figure(blocks, contacts, joints, chain, plane, path):
     elif chain is None:
         title = draw_forces(axis, centres, forces, 0.12 * np.max(high - low))
     else:
-        draw_thrust_band(axis, joints, chain, axes_of)
+        band = thrust_band(joints, chain, axes_of)[..., axes_of]
+        axis.fill(*np.concatenate([band[:, 0], band[::-1, 1]]).T, color=COLOURS[1], alpha=0.22, linewidth=0)
         title = draw_thrust_line(axis, centres[chain], forces[chain])
     figure.suptitle(title, x=0.02, ha="left", fontsize=11)  # of the figure: an axis may be narrow
     save(figure, path)
@@ -221,18 +199,6 @@ def section_of(joint, up):
     return depth, joint["area"] / depth, joint["centre"] @ (axis / size) - (heights.max() + heights.min()) / 2
 
 
-def edge_stress(normal, section):
-    """The largest pressure (Pa) of a rectangular section that takes no tension, the pressure linear over the part that
-    bears: 2 N / (3 a b) with a = h/2 - |e| outside the middle third, else N / (h b) (1 + 6 |e| / h)."""
-    if section is None:
-        return np.nan
-    depth, width, off = section
-    a = depth / 2 - abs(off)
-    if abs(off) <= depth / 6:
-        return normal / (depth * width) * (1 + 6 * abs(off) / depth)
-    return 2 * normal / (3 * a * width) if a > 0 else np.inf
-
-
 def thrust_up(joints, chain, axes_of):
     """Across the thrust line in its plane, by joint of the chain, all to one side: where the sections have their depth."""
     normals = np.array([joints[number]["direction"] for number in chain])
@@ -242,22 +208,22 @@ def thrust_up(joints, chain, axes_of):
     return across * np.where(np.concatenate([[0], np.cumsum(turned)]) % 2, -1, 1)[:, None]
 
 
-def draw_thrust_band(axis, joints, chain, axes_of):
-    """The part of each joint that bears where pressure is linear and there is no tension: 3 a from the edge."""
-    corners = []
+def thrust_band(joints, chain, axes_of):
+    """Ends, m, of the part of each joint of a chain that bears where pressure is linear and there is no tension, 3 a from
+    the edge that is nearer: joints × (lower, upper) × 3; empty where a joint has no area."""
+    ends = []
     for joint, up in zip((joints[number] for number in chain), thrust_up(joints, chain, axes_of)):
         section = section_of(joint, up)
         if section is None:
-            return
+            return np.empty((0, 2, 3))
         depth, _, off = section
         axis3 = up - (up @ joint["direction"]) * joint["direction"]
         axis3 /= np.linalg.norm(axis3)
         bearing = min(depth, 3 * (depth / 2 - abs(off)))
         near = np.sign(off) * depth / 2 if bearing < depth else depth / 2
         far = near - np.sign(near) * bearing
-        corners.append([(joint["centre"] + (height - off) * axis3)[axes_of] for height in sorted((near, far))])
-    band = np.array([c[0] for c in corners] + [c[1] for c in corners][::-1])
-    axis.fill(*band.T, color=COLOURS[1], alpha=0.22, linewidth=0)
+        ends.append([joint["centre"] + (height - off) * axis3 for height in sorted((near, far))])
+    return np.array(ends)
 
 
 def diagram_figure(joints, chain, axes_of, path):
@@ -274,17 +240,17 @@ def diagram_figure(joints, chain, axes_of, path):
     axes[0].plot(number, off / depth, "o-", color=COLOURS[1], markersize=3.5, label="centre of pressure")
     axes[0].set(xlabel="joint along the chain", ylabel="eccentricity e / h", ylim=(-0.6, 0.6))
     most = 1.1 * normal.max()
-    for share, style in ((0.5, "-"), (1 / 6, "--")):
+    for share, size in ((0.5, 9), (1 / 6, 5)):
         for sign in (1, -1):
-            axes[1].plot([0, most], [0, sign * share * most * depth.mean()], color="#888888", linewidth=1, linestyle=style)
+            axes[1].plot(normal, sign * share * normal * depth, "_", color="#888888", markersize=size)
     axes[1].plot(normal, normal * off, "o", color=COLOURS[0], markersize=4)
     axes[1].set(xlabel="normal force N (kN)", ylabel="moment N e (kN m)", xlim=(0, most))
     axes[0].legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.45, 1.0), ncol=3, handlelength=1, columnspacing=0.8, frameon=False)
-    axes[1].set_title("lines: M = N h/2, N h/6", fontsize=9)
+    axes[1].set_title("of each joint: N h/2 (long), N h/6 (short)", fontsize=9)
     save(figure, path)
 
 
-def joints_figure(joints, chain, axes_of, path):
+def joints_figure(joints, chain, edges, path):
     order = chain if chain is not None else range(len(joints))
     ordered = [joints[number] for number in order]
     number = np.arange(1, len(ordered) + 1)
@@ -299,11 +265,9 @@ def joints_figure(joints, chain, axes_of, path):
             for j in ordered]
     axes[1].plot(number, mean, color=COLOURS[0], label="mean over the joint", **marks)
     axes[1].plot(number, most, color=COLOURS[2], label="largest at a contact point", **marks)
-    if chain is not None:
-        edge = [edge_stress(j["normal"], section_of(j, up)) / 1e6
-                for j, up in zip(ordered, thrust_up(joints, chain, axes_of))]
-        if np.isfinite(edge).any():
-            axes[1].plot(number, edge, color=COLOURS[1], label="at the edge, linear and without tension", **marks)
+    if edges:
+        edge = [edges.get((j["a"], j["b"]), np.nan) / 1e6 for j in ordered]
+        axes[1].plot(number, edge, color=COLOURS[1], label="at the edge, linear and without tension", **marks)
     for axis in axes:
         axis.margins(y=0.08)
         axis.update_datalim([(1, 0)], updatex=False)  # from zero
@@ -335,7 +299,7 @@ def main():
         return
     chain = chain_of(joints, blocks)
     thrust_figure(blocks, contacts, joints, chain, given.plane, out / "thrust.png")
-    joints_figure(joints, chain, AXES[given.plane], out / "joints.png")
+    joints_figure(joints, chain, edge_stresses(given.run), out / "joints.png")
     if chain is not None and len(chain) > 1:
         diagram_figure(joints, chain, AXES[given.plane], out / "diagrams.png")
 

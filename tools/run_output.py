@@ -13,7 +13,7 @@ import numpy as np
 
 TYPES = {"Int8": "i1", "UInt8": "u1", "Int32": "<i4", "UInt32": "<u4", "Int64": "<i8",
          "UInt64": "<u8", "Float32": "<f4", "Float64": "<f8"}
-FIXED, ABSENT = 2, 4  # solver::BlockKind: fixed; prescribed and absent above it
+RIGID, FIXED, ABSENT = 1, 2, 4  # solver::BlockKind: deformable below, prescribed between
 
 
 @contextlib.contextmanager
@@ -165,6 +165,18 @@ class Blocks:
             blocks.append(np.repeat(there, len(faces)))
         return tuple(np.concatenate(parts) for parts in (corners, sizes, blocks))
 
+    def volumes_and_centroids(self):
+        """m3 and m, by the tetrahedra from a corner of each block to its faces."""
+        volumes, centroids = np.empty(len(self.kind)), np.empty((len(self.kind), 3))
+        for rows, faces in self.topologies:
+            fans = np.array([(face[0], face[i], face[i + 1]) for face in faces for i in range(1, len(face) - 1)])
+            origins = self.points[self.first[rows]]
+            corners = self.points[self.first[rows][:, None, None] + fans] - origins[:, None, None]
+            parts = np.linalg.det(corners) / 6
+            volumes[rows] = parts.sum(axis=1)
+            centroids[rows] = origins + np.einsum("bt,btci->bi", parts, corners) / (4 * volumes[rows, None])
+        return volumes, centroids
+
     def displacement(self):
         """Of each block's corners, the mean, m."""
         ends = np.append(np.sort(self.first)[1:], len(self.moved))
@@ -206,6 +218,15 @@ def shown_times(folder):
     return times
 
 
+def edge_stresses(folder):
+    """{blocks of a joint: largest pressure at its edge without tension, Pa} of joints.csv at the end."""
+    path = pathlib.Path(folder) / "joints.csv"
+    with reading(path), open(path, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+        return {(int(row["a"]), int(row["b"])): float(row["edge_stress"])
+                for row in rows if row["stage"] == rows[-1]["stage"] and row["edge_stress"]}
+
+
 class Contacts:
     """Contact points, and by pair of blocks what they add up to."""
 
@@ -237,11 +258,25 @@ class Contacts:
             force = self.force_on_b[rows].sum(axis=0)
             normal = self.normal_force[rows] @ self.normal[rows]
             normal = normal / np.linalg.norm(normal)
-            along = force @ normal
+            shear = force - force @ normal * normal
             pressure = self.normal_force[rows] / np.where(self.area[rows] > 0, self.area[rows], np.nan)
             result.append({"a": self.pair[rows[0], 0], "b": self.pair[rows[0], 1],
                            "centre": self.normal_force[rows] @ self.points[rows] / total,
-                           "points": self.points[rows], "force": force, "normal": along,
-                           "direction": normal, "shear": np.linalg.norm(force - along * normal),
+                           "points": self.points[rows], "force": force, "normal": total,
+                           "direction": normal, "shear": np.linalg.norm(shear),
                            "area": self.area[rows].sum(), "pressure": pressure})
         return result
+
+
+def largest_compression(blocks, contacts):
+    """Of each block, Pa, of its mean stress. A rigid one has that of its contact forces: the sum over its contact points
+    of arm from the centroid times force, over the volume (Love, Weber); the files do not say where loads, ties and fixed
+    points act on it, and they have no part in it."""
+    volumes, centroids = blocks.volumes_and_centroids()
+    stresses = np.zeros((len(volumes), 3, 3))
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        of = contacts.pair[:, side]
+        np.add.at(stresses, of, sign * (contacts.points - centroids[of])[:, :, None] * contacts.force_on_b[:, None, :])
+    stresses /= volumes[:, None, None]
+    of_forces = -np.linalg.eigvalsh(0.5 * (stresses + stresses.transpose(0, 2, 1)))[:, 0]
+    return np.where(blocks.kind == RIGID, of_forces, blocks.compression)

@@ -1,4 +1,5 @@
 """`quoin picture` and `quoin plot`: a still, a GIF by pillow, an MP4 where ffmpeg is, a clear line where not."""
+import json
 import os
 import pathlib
 import shutil
@@ -30,16 +31,20 @@ print(*(entry.get_text() for entry in figure.legends[0].get_texts()))
 COMPRESSION = """
 import sys
 sys.path.insert(0, sys.argv[1])
-import plot_run
-blocks = plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1])
-contacts = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1])
-print(*plot_run.largest_compression(blocks, contacts))
+import picture
+*_, frame = picture.frames_of(sys.argv[2], [9])
+print(*picture.QUANTITIES["compression"][1](frame))
 """
-EDGE = """
+SECTIONS = """
 import sys
 sys.path.insert(0, sys.argv[1])
 import plot_run
-print(*(plot_run.edge_stress(12.0, (2.0, 3.0, off)) for off in (0.0, 1 / 3, -0.5, 0.5, 0.9)))
+joints = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1]).joints()
+chain = plot_run.chain_of(joints, plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1]))
+edges = plot_run.edge_stresses(sys.argv[2])
+for number, ends in sorted(zip(chain, plot_run.thrust_band(joints, chain, [0, 2])), key=lambda entry: entry[1][0][2]):
+    joint = joints[number]
+    print(*sorted(ends[:, 0]), *ends[:, 2], joint["centre"][0], edges[joint["a"], joint["b"]])
 """
 EXACT = """
 import sys
@@ -67,11 +72,10 @@ joints = plot_run.Contacts(plot_run.series(run, "contacts")[-1][1]).joints()
 chain = plot_run.chain_of(joints, blocks)
 with open(run + "/joints.csv", encoding="utf-8") as file:
     rows = {(int(row["a"]), int(row["b"])): row for row in csv.DictReader(file)}
-for number, up in zip(chain, plot_run.thrust_up(joints, chain, [0, 2])):
+for number in chain:
     joint = joints[number]
     row = rows[joint["a"], joint["b"]]
-    edge = plot_run.edge_stress(joint["normal"], plot_run.section_of(joint, up))
-    for one, other in ((joint["normal"], "normal_force"), (joint["shear"], "shear_force"), (edge, "edge_stress"),
+    for one, other in ((joint["normal"], "normal_force"), (joint["shear"], "shear_force"),
                        (joint["normal"] / joint["area"], "normal_stress")):
         print(one, row[other])
 """
@@ -203,11 +207,26 @@ class Pictures(FolderTest):
         for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
             self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
 
-    def test_edge_stress_of_a_section_without_tension(self):
-        said = subprocess.run(["/usr/bin/python3", "-c", EDGE, SOURCE / "tools"], check=True, capture_output=True,
-                              text=True).stdout.split()
-        for found, exact in zip(said, (2.0, 4.0, 16 / 3, 16 / 3, 80 / 3), strict=True):  # N/A, 2N/A, 2N/(3 a b)
-            self.assertAlmostEqual(float(found), exact, places=9)
+    def test_sections_of_a_pushed_tower(self):
+        """Where the thrust line runs, which part of each joint bears, and its edge stress, in closed form."""
+        scene = self.folder / "tower.json"
+        subprocess.run([QUOIN, "make", "tower", "--blocks", "4", "--out", scene], check=True)
+        pushed = [{"type": "point", "block": block, "point": [0.5, 0.5, z], "force": [force, 0, 0]}
+                  for block, z, force in (("drum3", 2, 1000), ("drum1", 1, 7000))]
+        self.run_scene(scene, "--set", f"/loads={json.dumps(pushed)}")
+        said = subprocess.run(["/usr/bin/python3", "-c", SECTIONS, SOURCE / "tools", self.folder / "run"], check=True,
+                              capture_output=True, text=True).stdout.splitlines()
+        for line, z in zip(said, (0, 0.5, 1, 1.5), strict=True):
+            weight = 2400 * 9.81 * (2 - z)  # of a section of 1 m2
+            off = (1000 * (2 - z) + 7000 * max(0, 1 - z)) / weight
+            bears = min(1, 3 * (0.5 - off))
+            edge = weight * (1 + 6 * off) if off < 1 / 6 else 2 * weight / bears
+            for found, exact in zip(map(float, line.split()), (1 - bears, 1, z, z, 0.5 + off, edge), strict=True):
+                self.assertAlmostEqual(found, exact, delta=1e-9 * max(1, exact))
+        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertTrue((self.folder / "plots" / "diagrams.png").exists())
 
     def test_joints_of_a_plot_are_those_of_the_run(self):
         scene = self.folder / "arch.json"

@@ -107,16 +107,22 @@ class View(FolderTest):
             self.assertLess(off, 1e-5)  # 16 bits of 0.1 m, and 32 bits of places within 10 m
         self.clean()
 
-    def test_a_joint(self):
-        run = self.shaken_wall()
-        value = self.opened(run)
+    def test_joints(self):
+        """Of a wall, and of a hook that bears on two planes."""
+        hook = self.folder / "hook"
+        self.quoin("run", SOURCE / "tools" / "scenes" / "field" / "hook_hangs.json", "--out", hook)
+        for run in (hook, self.shaken_wall()):
+            self.compare_joints(run, self.opened(run))
+
+    def compare_joints(self, run, value):
         value("quoin.show(quoin.frames - 1)")
         value("(s => { s.value = 'joints'; s.dispatchEvent(new Event('change')); })(document.getElementById('forces'))")
-        found = value("quoin.joints.list.filter(j => j.pressing > 0).map(j => [j.a, j.b, ...j.force, ...j.centre.map((x, k) => "
-                      "x + quoin.head.offset[k]), j.area, j.alongNormal, j.shear])")
         rows = [row for row in self.table(run / "joints.csv") if float(row["normal_force"]) > 0]
-        columns = ("a", "b", "fx", "fy", "fz", "x", "y", "z", "area", "normal_force", "shear_force")
         largest = max(float(row["normal_force"]) for row in rows)
+        rows = [row for row in rows if float(row["normal_force"]) > 1e-6 * largest]
+        found = value(f"quoin.joints.list.filter(j => j.normalForce > {1e-6 * largest}).map(j => [j.a, j.b, ...j.force, ...j.centre.map((x, k) => "
+                      "x + quoin.head.offset[k]), j.area, j.normalForce, j.shear])")
+        columns = ("a", "b", "fx", "fy", "fz", "x", "y", "z", "area", "normal_force", "shear_force")
         for one, row in zip(sorted(found), sorted(rows, key=lambda row: (int(row["a"]), int(row["b"]))), strict=True):
             for number, column in zip(one, columns, strict=True):
                 self.assertAlmostEqual(number, float(row[column]), delta=1e-5 * (1 if column in "xyzarea" else largest), msg=column)

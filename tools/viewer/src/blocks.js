@@ -4,7 +4,7 @@ import {BufferAttribute, BufferGeometry, DataTexture, FloatType, FrontSide, GLSL
 
 const ROW = 1024;  // blocks a row of the textures
 const HIDDEN = -1, PICKED = 2;
-export const ABSENT = 4, FIXED = 2;
+export const ABSENT = 4, FIXED = 2, RIGID = 1;
 
 // Faces of each convex part of a shape, by number: parts share no corner.
 function partsOf(shape) {

@@ -32,17 +32,17 @@ function jointsOf(c, from, to) {
   const joints = [];
   for (let i = from; i < to;) {
     const a = c.pair[2 * i], b = c.pair[2 * i + 1];
-    const joint = {a, b, points: [], force: [0, 0, 0], normal: [0, 0, 0], centre: [0, 0, 0], area: 0, pressing: 0,
+    const joint = {a, b, points: [], force: [0, 0, 0], normal: [0, 0, 0], centre: [0, 0, 0], area: 0, normalForce: 0,
                    opening: 0, state: 0, failed: false, slip: 0};
     for (; i < to && c.pair[2 * i] === a && c.pair[2 * i + 1] === b; ++i) {
       const at = Array.from(c.point.subarray(3 * i, 3 * i + 3)), n = c.normal.subarray(3 * i, 3 * i + 3),
-            f = c.force.subarray(3 * i, 3 * i + 3), pressing = Math.max(0, dot(f, n));
+            f = c.force.subarray(3 * i, 3 * i + 3), pressing = dot(f, n);
       joint.points.push({index: i, at, force: Array.from(f), normal: Array.from(n), gap: c.gap[i], area: c.area[i],
                          slip: c.slip[i], state: c.state[i] & 3, failed: c.state[i] > 3});
       for (let k = 0; k < 3; ++k) {
         joint.force[k] += f[k]; joint.normal[k] += n[k]; joint.centre[k] += pressing * at[k];
       }
-      joint.pressing += pressing; joint.area += c.area[i];
+      joint.normalForce += pressing; joint.area += c.area[i];
       joint.opening = Math.max(joint.opening, c.gap[i]);
       joint.slip = Math.max(joint.slip, c.slip[i]);
       joint.state = Math.max(joint.state, c.state[i] & 3);
@@ -50,11 +50,10 @@ function jointsOf(c, from, to) {
     }
     const l = length(joint.normal) || 1, n = joint.points.length;
     joint.normal = joint.normal.map((x) => x / l);
-    joint.centre = joint.pressing > 0 ? joint.centre.map((x) => x / joint.pressing)
+    joint.centre = joint.normalForce > 0 ? joint.centre.map((x) => x / joint.normalForce)
         : [0, 1, 2].map((k) => joint.points.reduce((s, p) => s + p.at[k], 0) / n);
-    joint.alongNormal = dot(joint.force, joint.normal);
-    joint.pressure = joint.alongNormal > 0 ? joint.alongNormal / joint.area : 0;  // infinite of an edge that bears
-    joint.shear = length(along(joint.force, -joint.alongNormal, joint.normal));
+    joint.pressure = joint.normalForce > 0 ? joint.normalForce / joint.area : 0;  // infinite of an edge that bears
+    joint.shear = length(along(joint.force, -dot(joint.force, joint.normal), joint.normal));
     joint.outline = outline(joint.points.map((p) => p.at), joint.normal);
     joints.push(joint);
   }

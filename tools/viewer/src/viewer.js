@@ -1,7 +1,7 @@
 // One page that shows a run, a scene or pairs of quoin. No network, no module loader.
 import {PerspectiveCamera, Scene, Vector3, WebGLRenderer} from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
-import {Blocks, FIXED} from './blocks.js';
+import {Blocks, FIXED, RIGID} from './blocks.js';
 import {Marks, MARK_COLOURS} from './marks.js';
 import {Section} from './section.js';
 import {Ties} from './ties.js';
@@ -82,6 +82,8 @@ class Viewer {
     return low + this.data.section(name)[f * this.blocks.count + b] * (high - low) / 65535;
   }
 
+  unknown(name, b) { return name === 'compression' && this.blocks.kind(b, this.state.frame) === RIGID; }
+
   unit(name) { return {displacement: 'm', pressure: 'Pa'}[name] || this.head.scalars[name].unit; }
 
   range(name) {
@@ -112,7 +114,7 @@ class Viewer {
   colouring() {
     const name = get('colour').value, f = this.state.frame, put = (c, out, at) => { for (let k = 0; k < 3; ++k) out[at + k] = c[k]; };
     if (name === 'group') return (b, out, at) => put(FREE[this.group[b] % FREE.length], out, at);
-    const held = (b) => this.blocks.kind(b, f) >= FIXED;
+    const held = (b) => this.blocks.kind(b, f) >= FIXED || this.unknown(name, b);
     if (name === 'block') return (b, out, at) => put(held(b) ? HELD : FREE[b % FREE.length], out, at);
     if (name === 'kind') return (b, out, at) => put(this.complained.has(b) ? COMPLAINED : KINDS[this.blocks.kind(b, f)] || HELD, out, at);
     if (name === 'joint') {
@@ -246,7 +248,7 @@ class Viewer {
     const rows = [['block', `${b} · ${KIND_NAMES[this.blocks.kind(b, f)]} · ${this.head.groups[this.group[b]]}`],
                   ...(parts > 1 && part >= 0 ? [['convex part', `${part + 1} of ${parts}`]] : []),
                   ['displacement', `${number(length(u))} m`], ['u', `${vector(u)} m`]];
-    for (const name of Object.keys(this.head.scalars)) rows.push([name, `${number(this.scalar(name, b, f))} ${this.unit(name)}`]);
+    for (const name of Object.keys(this.head.scalars).filter((s) => !this.unknown(s, b))) rows.push([name, `${number(this.scalar(name, b, f))} ${this.unit(name)}`]);
     const own = this.joints.list.filter((j) => j.a === b || j.b === b);
     rows.push(['joints', String(own.length)]);
     const most = (of) => own.reduce((m, j) => Math.max(m, of(j)), 0), force = most((j) => length(j.force));
@@ -257,7 +259,7 @@ class Viewer {
   rowsOfJoint(j) {
     const n = this.head.names;
     return [['joint', `${n[j.a]} – ${n[j.b]}`], ['state', (j.failed ? 'failed, ' : '') + STATES[j.state]],
-            ['resultant on the second', newtons(length(j.force))], ['normal, shear', `${newtons(j.alongNormal)}, ${newtons(j.shear)}`],
+            ['resultant on the second', newtons(length(j.force))], ['normal, shear', `${newtons(j.normalForce)}, ${newtons(j.shear)}`],
             ['area', `${number(j.area)} m²`], ['mean pressure', `${number(j.pressure)} Pa`],
             ['opening', `${number(this.openingOf(j))} m`], ['slip', `${number(j.slip)} m`], ['points', String(j.points.length)]];
   }
