@@ -103,15 +103,17 @@ def box_of(frames, view, scale, hidden=()):
 
 def raster(corners, sizes, colours, view, centre, scale, width, height, samples=3):
     """(pixels height × width × 3, depth towards the eye, m) of convex polygons; `scale`: pixels a metre."""
+    origin = corners[0]  # far from the world's origin, single precision leaves no depth
+    centre = centre - view.flat(origin[None])[0]
     head = np.array([width, height, samples, len(sizes), len(corners)], dtype="<i4").tobytes()
     head += np.concatenate([view.right, view.up, view.back, centre, [scale], view.light, [0.5]]).astype("<f8").tobytes()
     first = np.concatenate([[0], np.cumsum(sizes)]).astype("<i4").tobytes()
     done = subprocess.run([COMMAND, "raster"], capture_output=True,
-                          input=head + first + corners.astype("<f8").tobytes() + colours.astype("<f4").tobytes())
+                          input=head + first + (corners - origin).astype("<f8").tobytes() + colours.astype("<f4").tobytes())
     if done.returncode != 0:
         sys.exit(done.stderr.decode(errors="replace").strip())
     pixels = np.frombuffer(done.stdout, "u1", 3 * width * height).reshape(height, width, 3)
-    return pixels, np.frombuffer(done.stdout, "<f4", width * height, pixels.size).reshape(height, width)
+    return pixels, np.frombuffer(done.stdout, "<f4", width * height, pixels.size).reshape(height, width) + origin @ view.back
 
 
 def colours_of(frame, given, limits):
@@ -166,7 +168,8 @@ def add_legend(figure, frames):
 
 
 def draw_forces(axis, joints, view, size, largest):
-    """A line through each centre of pressure, along the resultant, as long as it is large; heads: they press."""
+    """A line through each centre of pressure, along the resultant, as long as it is large; heads: they press. A dot where
+    it points to the eye."""
     if not joints:
         return
     centres = view.flat(np.array([joint["centre"] for joint in joints]))
@@ -179,7 +182,9 @@ def draw_forces(axis, joints, view, size, largest):
         axis.add_collection(LineCollection([(centres[i] - half[i], centres[i] + half[i]) for i in shown],
                                            linewidths=widths[shown], colors=colours[shown], zorder=4))
         return
-    for i in shown:
+    pointing = np.linalg.norm(half, axis=1) < 0.002 * size
+    axis.scatter(*centres[shown[pointing[shown]]].T, s=12 * widths[shown[pointing[shown]]], c=colours[shown[pointing[shown]]], zorder=4)
+    for i in shown[~pointing[shown]]:
         for sign in (1, -1):
             axis.annotate("", xy=centres[i], xytext=centres[i] - sign * half[i], zorder=4,
                           arrowprops={"arrowstyle": "-|>", "color": colours[i], "lw": widths[i], "shrinkA": 0,
@@ -336,11 +341,12 @@ def main():
     for time in given.times or []:
         if not all_times[0] - slack <= time <= all_times[-1] + slack:
             refuse(f"--times {time:g}: the run goes from {all_times[0]:g} to {all_times[-1]:g} s")
-    if ending != ".png":
-        animation(list(frames_of(given.run, given.times or all_times)), given)
-        return
-    times = given.times or sorted(set(np.linspace(all_times[0], all_times[-1], min(4, len(all_times)))))
-    sheet(list(frames_of(given.run, times)), given)
+    times = all_times if ending != ".png" else sorted(set(np.linspace(all_times[0], all_times[-1], min(4, len(all_times)))))
+    frames = list(frames_of(given.run, given.times or times))
+    count = len(frames[0].blocks.kind)
+    if not set(given.hide) < set(range(count)):
+        refuse(f"--hide: must name some, not all, of the blocks 0 … {count - 1}")
+    (sheet if ending == ".png" else animation)(frames, given)
 
 
 if __name__ == "__main__":

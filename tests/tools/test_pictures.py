@@ -12,6 +12,13 @@ from folder_test import FolderTest
 QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 CASES = SOURCE / "tools" / "scenes" / "cases"
 SIZE = "from PIL import Image; import sys; i = Image.open(sys.argv[1]); print(i.n_frames, *i.size)"
+DIFFER = """
+import sys
+import numpy
+from PIL import Image
+near, far = (numpy.asarray(Image.open(path).convert("L"), dtype=float) for path in sys.argv[1:])
+print(numpy.mean(numpy.abs(near - far) > 8))
+"""
 DRAWN = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -206,6 +213,24 @@ class Pictures(FolderTest):
                               check=True, capture_output=True, text=True).stdout.split()
         for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
             self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
+
+    def test_far_from_the_origin_as_near(self):
+        """In millions of metres single precision leaves no depth of a block of one."""
+        scene, shown = self.folder / "tower.json", []
+        subprocess.run([QUOIN, "make", "tower", "--blocks", "2", "--out", scene], check=True)
+        tower = json.loads(scene.read_text())
+        for far in (0, 4194304):
+            for block in tower["blocks"]:
+                for end in ("min", "max"):
+                    block["shape"][end][0] += far
+            scene.write_text(json.dumps(tower))
+            self.run_scene(scene)
+            shown.append(self.folder / f"{far}.png")
+            done = self.picture(shown[-1], "--times", "0")
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+        said = subprocess.run(["/usr/bin/python3", "-c", DIFFER, *shown], check=True, capture_output=True, text=True).stdout
+        self.assertLess(float(said), 1e-3)  # of the pixels, where edges are rounded
+        self.refused("--hide: must name some, not all, of the blocks 0 … 2", "p.png", "--hide", "3")
 
     def test_sections_of_a_pushed_tower(self):
         """Where the thrust line runs, which part of each joint bears, and its edge stress, in closed form."""

@@ -358,6 +358,8 @@ class View(FolderTest):
         self.assertEqual(value("quoin.blocks.count"), 4)
         self.assertEqual(value("quoin.joints.list.length"), 3)
         self.assertIn("3 touching pairs", value("document.getElementById('facts').textContent"))
+        far = value("quoin.blocks.distance([4, 0.5, 1].map((x, k) => x - quoin.head.offset[k]), 0)")
+        self.assertAlmostEqual(far, 5 ** 0.5, places=5)  # to the edge of the ground: what is nearer than half of it is not drawn
         through = "quoin.blocks.pick([0, 0, {}].map((x, k) => x - quoin.head.offset[k]), [0, 0, {}], 0)"
         self.assertEqual([value(through.format(9, -20)), value(through.format(-9, 20))], [3, 0])  # the first on the ray
         self.clean()

@@ -37,7 +37,8 @@ function triangles(shape) {
     planes.push(...m, m[0] * c[0][0] + m[1] * c[0][1] + m[2] * c[0][2]);
   });
   const parts = partsOf(shape);
-  return {p: new Float32Array(p), n, rim, planes, parts, planesOf: parts.map((part) => part.flatMap((f) => planes.slice(4 * f, 4 * f + 4))), reach: Math.max(...shape.p.map(Math.abs))};
+  const ends = (of) => [0, 1, 2].map((i) => of(...shape.p.filter((_, k) => k % 3 === i)));
+  return {p: new Float32Array(p), n, rim, planes, parts, planesOf: parts.map((part) => part.flatMap((f) => planes.slice(4 * f, 4 * f + 4))), low: ends(Math.min), high: ends(Math.max), reach: Math.max(...shape.p.map(Math.abs))};
 }
 
 function geometryOf(shapes, shapeOf) {
@@ -189,6 +190,25 @@ export class Blocks {
       out[4 * b + 3] = !this.shown(b, frame) ? HIDDEN : b === picked ? PICKED : 1;
     }
     this.values.needsUpdate = true;
+  }
+
+  // From a point to the nearest box about a block along its own axes: at most the distance to the block, as long as it is
+  // not strained
+  distance(p, frame) {
+    const m = this.maps.image.data;
+    let least = Infinity;
+    for (let b = 0; b < this.count; ++b) {
+      if (!this.shown(b, frame)) continue;
+      const {low, high} = this.shapes[this.shapeOf[b]], k = 12 * b;
+      const x = p[0] - m[k + 3], y = p[1] - m[k + 7], z = p[2] - m[k + 11];
+      let squared = 0;
+      for (let i = 0; i < 3; ++i) {
+        const own = m[k + i] * x + m[k + 4 + i] * y + m[k + 8 + i] * z;
+        squared += Math.max(0, low[i] - own, own - high[i]) ** 2;
+      }
+      least = Math.min(least, squared);
+    }
+    return Math.sqrt(least);
   }
 
   // The place of a point given in a block's own coordinates

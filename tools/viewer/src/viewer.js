@@ -57,7 +57,6 @@ class Viewer {
     this.high = new Vector3(...high);
     this.middle = this.low.clone().add(this.high).multiplyScalar(0.5);
     this.size = this.high.clone().sub(this.low).length() || 1;
-    this.camera.near = this.size / 200;
     this.camera.far = this.size * 20;
     this.controls.target.copy(this.middle);
   }
@@ -314,6 +313,9 @@ class Viewer {
   draw() {
     if (this.changed) this.section.update(this.state.frame, get('axis').value !== '', !get('glass').checked);
     this.changed = false;
+    // Depth is told apart the better the farther its near end is
+    this.camera.near = Math.max(this.size / 5000, 0.5 * this.blocks.distance(this.camera.position.toArray(), this.state.frame));
+    this.camera.updateProjectionMatrix();
     this.renderer.setClearColor(this.light.matches ? 0x15181c : 0xf5f6f8);
     this.blocks.uniforms.eye.value.copy(this.camera.position);
     this.renderer.render(this.scene, this.camera);
@@ -342,7 +344,7 @@ class Viewer {
   fillPanel() {
     const {head} = this;
     get('title').textContent = document.title = head.title;
-    get('facts').textContent = [head.kind === 'pairs' ? `${this.frames} pairs` : `${head.blocks} blocks`, ...(head.facts || [])].join(', ');
+    get('facts').textContent = [head.kind === 'pairs' ? `${this.frames} pairs` : `${head.blocks} block${head.blocks > 1 ? 's' : ''}`, ...(head.facts || [])].join(', ');
     get('notes').replaceChildren(...head.notes.map((note) => this.noteLine(note)));
     get('time').max = this.frames - 1;
     get('bar').hidden = this.frames < 2;
