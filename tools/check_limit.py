@@ -3,7 +3,7 @@
 
     tools/check_limit.py DIR [SCENE.json]    # exit code 0: all are proved, and of this scene (check_limit_scene.py)
 stands: forces balance weight and load of every block that moves, act where two blocks touch (or hold a held point),
-and stay within |f_t| <= mu f_n + C A, f_n >= -t A; A: area of the point; C: max(c, mu t), of a run c + mu t.
+and stay within |f_t| <= mu f_n + C A, f_n >= -t A; A: area of the point; C: max(c, mu t), of joints that are whole c.
 falls: along the velocities no contact closes (v_n >= mu |v_t|), no held point moves, and the loads do more work than
 cohesion and tension can take. Then no forces within these limits balance the loads [Drucker, Prager & Greenberg 1952].
 """
@@ -15,11 +15,10 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 import check_limit_scene
 
-NEAR = 2e-6                   # of the smaller block: what touches
-ALLOWED, SHORT = 1e-7, 1e-7   # unbalance and forces outside their limits, by the largest load; closing, by speed
+# Of the smaller block: what touches; unbalance and forces outside their limits, by the largest load; closing, by speed.
+NEAR, ALLOWED, SHORT = 2e-6, 1e-7, 1e-7
 
-class Part:
-    """Convex: the hull of its points."""
+class Part:  # the hull of its points
     def __init__(self, points):
         self.points, self.middle = points, (middle := points.mean(axis=0))
         hull = ConvexHull(points - middle)
@@ -42,12 +41,11 @@ class Solid:
         self.parts = [Part(points) for points in np.split(self.points, ends)[:-1]]
         self.size, self.volume = np.linalg.norm(np.ptp(self.points, axis=0)), sum(p.volume for p in self.parts)
         self.centroid = sum(p.volume * p.centroid for p in self.parts) / self.volume
-    def load(self, gravity, factor):
-        weight = np.concatenate([self.entry["density"] * self.volume * gravity, np.zeros(3)])
-        return weight + np.array(self.entry["applied"], float) + factor * np.array(self.entry["live"], float)
+    def load(self, document):
+        weight = self.entry["density"] * self.volume * np.r_[np.array(document["gravity"], float), 0, 0, 0]
+        return weight + np.array(self.entry["applied"], float) + document["factor"] * np.array(self.entry["live"], float)
     def velocity(self, point):
-        v = np.array(self.entry["velocity"], float)
-        return v[:3] + np.cross(v[3:], point - self.centroid)
+        return (v := np.array(self.entry["velocity"], float))[:3] + np.cross(v[3:], point - self.centroid)
 
 def normals_between(a, b, near, known):
     """Unit normals from a to b of the widest gap (separating axes; `known` ones, too), and that gap."""
@@ -80,17 +78,20 @@ def contact_polygon(a, b, normal, near):
 
 def strength_points(joint, corners, area):
     """Where a joint's strength acts, and on what area: corners, and a point of each triangle (centroid, corner, next)
-    if there is cohesion or tension, so that area, its first moments and strength against twist are exact."""
+    if it has any, so that area, its first moments and twist are exact. Of a whole joint with tension: at its core."""
     if not area > 0 or not max(joint["cohesion"], joint["tension"]) > 0:
         return corners, np.full(len(corners), area / max(len(corners), 1))
     norm, q = lambda v: np.linalg.norm(v, axis=1), np.roll(corners, -1, axis=0)
     parts = norm(np.cross(corners - corners[0], q - corners[0]))
     p = corners - (parts[:, None] * (corners[0] + corners + q)).sum(axis=0) / parts.sum() / 3
-    q = np.roll(p, -1, axis=0)
-    parts, sides, inner = norm(np.cross(p, q)) / 2, (q - p) / norm(q - p)[:, None], np.sqrt(.4) * (p + q) / 2
-    height, ends = norm(np.cross(p, sides)), np.array([(p * sides).sum(axis=1), (q * sides).sum(axis=1)])
+    parts, sides = norm(np.cross(p, q := np.roll(p, -1, axis=0))) / 2, (q - p) / norm(q - p)[:, None]
+    height = norm(np.cross(p, sides))
+    if joint.get("whole") and joint["tension"] > 0:
+        second = sum(np.einsum("k,ki,kj->ij", parts / parts.sum() / 12, v, v) for v in (p, q, p + q))
+        return corners - p - (p - (p * sides).sum(axis=1)[:, None] * sides) @ second / height[:, None] ** 2, parts
+    ends = np.array([(p * sides).sum(axis=1), (q * sides).sum(axis=1)])
     integrals = (ends * np.hypot(height, ends) + height ** 2 * np.arcsinh(ends / height)) / 2  # of the distance
-    exact, least = height / 3 @ (integrals[1] - integrals[0]), parts @ norm(inner)
+    exact, least = height / 3 @ (integrals[1] - integrals[0]), parts @ norm(inner := np.sqrt(.4) * (p + q) / 2)
     share = np.clip((exact - least) / (parts @ (norm(p) + norm(q)) / 2 - least), 0, 1)
     return np.r_[corners, corners - p + inner], np.r_[share / 2 * (parts + np.roll(parts, 1)), (1 - share) * parts]
 
@@ -106,15 +107,15 @@ def touching(document, solids):
     parts = [(i, part) for i, solid in sorted(solids.items()) for part in solid.parts]
     low, high = (np.array([f(part.points, axis=0) for _, part in parts]) for f in (np.min, np.max))
     for k, (i, a) in enumerate(parts):
-        gaps = np.maximum(low[k] - high[k + 1:], low[k + 1:] - high[k]).max(axis=1)
-        for j, b in (parts[k + 1 + m] for m in np.flatnonzero(gaps <= NEAR * solids[i].size)):
+        gaps = np.maximum(low[k] - high, low - high[k]).max(axis=1)
+        for j, b in (parts[m] for m in np.flatnonzero(gaps <= NEAR * solids[i].size) if m > k):
             near = NEAR * min(solids[i].size, solids[j].size)
             normals, gap = normals_between(a, b, near, known.get((i, j), []))
             if i != j and (solids[i].moves or solids[j].moves) and gap <= near:
                 yield i, j, normals[0], *contact_polygon(a, b, normals[0], near)
 
-def check_stands(document, solids, gravity):
-    left = {i: s.load(gravity, document["factor"]) for i, s in solids.items()}
+def check_stands(document, solids):
+    left = {i: s.load(document) for i, s in solids.items()}
     scale = max(np.abs(load[:3]).max() for i, load in left.items() if solids[i].moves) or 1.0
     pairs, at_point, worst = {}, {}, 0.0
     for contact in document["contacts"]:
@@ -133,15 +134,15 @@ def check_stands(document, solids, gravity):
                 continue
             if pair not in pairs:
                 pairs[pair] = strength_points(joint, *contact_polygon(*pair, normal, near))
-            points, areas = pairs[pair]
-            place = shrunk(document, points, point, -1)
+            place = shrunk(document, pairs[pair][0], point, -1)
             if all(part.is_near(place, near) for part in pair):
-                here = np.linalg.norm(points - place, axis=1) <= 4 * near
-                key, borne = (*key, pair, here.tobytes()), borne + areas[here].sum()
+                here = np.linalg.norm(pairs[pair][0] - place, axis=1) <= 4 * near
+                key, borne = (*key, pair, here.tobytes()), borne + pairs[pair][1][here].sum()
         if len(key) == 2 or abs(np.linalg.norm(normal) - 1) > 1e-9:
             return f"blocks {contact['a']} and {contact['b']} do not touch at {point.tolist()} along that normal", 0.0
         beyond = at_point.setdefault(key, np.array([-joint["cohesion"], -joint["tension"]]) * borne)
-        beyond += max(0.0, np.linalg.norm(force - f_n * normal) - joint["friction"] * f_n), max(0.0, -f_n)
+        rubs = joint["friction"] * (f_n if joint["cohesion"] > 0 else max(f_n, 0.0))
+        beyond += max(0.0, np.linalg.norm(force - f_n * normal) - rubs), max(0.0, -f_n)
     sizes = {i: np.repeat([1.0, solid.size], 3) for i, solid in solids.items() if solid.moves}
     worst = np.max([worst, *map(np.max, at_point.values()), *(np.abs(left[i] / sizes[i]).max() for i in sizes)]) / scale
     return "" if worst <= ALLOWED else f"unbalance or violation {worst:.3g} of the largest load", worst
@@ -151,9 +152,9 @@ def shrunk(document, joint_points, points, power):
     middle, share = joint_points.sum(axis=0) / max(len(joint_points), 1), np.clip(document.get("shrink", 1.0), 1e-9, 1)
     return middle + share ** power * (points - middle)
 
-def check_falls(document, solids, gravity):
+def check_falls(document, solids):
     fastest, taken = max(np.abs(s.velocity(p)).max() for s in solids.values() for p in s.points), 0.0
-    power = sum(s.load(gravity, document["factor"]) @ np.array(s.entry["velocity"]) for s in solids.values() if s.moves)
+    power = sum(s.load(document) @ np.array(s.entry["velocity"]) for s in solids.values() if s.moves)
     if any(np.abs(s.entry["velocity"]).max() > 0 for s in solids.values() if not s.moves):
         return "a fixed block moves", 0.0
     for contact in (c for c in document["contacts"] if c["held"]):
@@ -169,18 +170,17 @@ def check_falls(document, solids, gravity):
             if not apart >= -SHORT * fastest:
                 return f"blocks {i} and {j} close by {-apart / fastest:.3g} of the largest speed", 0.0
             taken += area * (joint["cohesion"] * v_t + joint["tension"] * max(apart, 0.0))
-    proved = power > taken * (1 + 1e-9) and power > 0
-    return "" if proved else "the loads work less than the contacts can take", (power - taken) / max(power, 1e-300)
+    wrong = "" if power > taken * (1 + 1e-9) and power > 0 else "the loads work less than the contacts can take"
+    return wrong, (power - taken) / max(power, 1e-300)
 
 def check(path, scene=None):
     document = json.loads(path.read_text(encoding="utf-8"), parse_constant=int)
     solids = {entry["index"]: Solid(entry) for entry in document["blocks"]}
     wrong = check_limit_scene.differences(document, scene, solids)[:3] if scene else []
     for entry in document["joints"]:
-        together = sum if document["vary"]["what"] == "run" else max
-        entry["cohesion"] = together([entry["cohesion"], entry["friction"] * entry["tension"]])
-    checked = {"stands": check_stands, "falls": check_falls}[document["certificate"]]
-    proof, size = checked(document, solids, np.array(document["gravity"], float))
+        entry["whole"] = document.get("joints_are") == "whole" and document["certificate"] == "stands"
+        entry["cohesion"] = max(entry["cohesion"], 0 if entry["whole"] else entry["friction"] * entry["tension"])
+    proof, size = {"stands": check_stands, "falls": check_falls}[document["certificate"]](document, solids)
     return document["value"], "; ".join(filter(None, [*wrong, proof])), size
 
 def judge(folder, scene=None):
@@ -196,5 +196,5 @@ def judge(folder, scene=None):
         low, high = sorted([abs(values["falls"]), abs(values["stands"])])
         print(f"digits: {-np.log10(max(1 - low / high, 1e-16)):.1f}")
     values or print(f"{folder}: no certificates (*stands.json, *falls.json, mechanism.json) in this folder")
-    return 1 if bad or not values else 0
+    return int(bad or not values)
 if __name__ == "__main__": sys.exit(judge(*sys.argv[1:3]))

@@ -83,6 +83,7 @@ json certificate(const Trial& trial, const Vary& vary) {
           {"vary", vary_json(vary)},
           {"factor", trial.factor},
           {"shrink", trial.shrink},
+          {"joints_are", name(trial.joints)},
           {"gravity", vector_json(scene.gravity.at(0.0))},
           {"joints", joints},
           {"blocks", blocks},
@@ -96,6 +97,7 @@ json summary(const Trial* trial) {
     return {{"value", trial->value},
             {"unbalance", found.unbalance},
             {"violation", found.violation},
+            {"joints", name(trial->joints)},
             {"margin", std::isfinite(found.margin) ? json(found.margin) : json()}};
   }
   return {{"value", trial->value},

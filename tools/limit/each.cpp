@@ -69,13 +69,28 @@ void find_strength(const EquilibriumProblem& problem, double tolerance, SingleBl
 
 }  // namespace
 
-std::vector<SingleBlock> single_blocks(const Scene& scene, double tolerance) {
-  const EquilibriumProblem problem = solver::equilibrium_problem(scene);
-  std::vector<std::vector<int>> contacts(problem.blocks.size());
+namespace {
+
+using ContactsOfBlock = std::vector<std::vector<int>>;
+
+ContactsOfBlock contacts_of_blocks(const EquilibriumProblem& problem) {
+  ContactsOfBlock contacts(problem.blocks.size());
   for (int i = 0; i < static_cast<int>(problem.contacts.size()); ++i) {
     const auto& contact = problem.contacts[static_cast<std::size_t>(i)];
     if (contact.a >= 0) contacts[static_cast<std::size_t>(contact.a)].push_back(i);
     contacts[static_cast<std::size_t>(contact.b)].push_back(i);
+  }
+  return contacts;
+}
+
+}  // namespace
+
+std::vector<SingleBlock> single_blocks(const Scene& scene, double tolerance) {
+  const EquilibriumProblem problem = problem_of(scene, Joints::Yield);
+  const ContactsOfBlock contacts = contacts_of_blocks(problem);
+  std::vector<EquilibriumProblem> brittle;
+  if (has_tension(scene)) {
+    brittle = {problem_of(scene, Joints::Whole), problem_of(scene, Joints::Broken)};
   }
   std::vector<SingleBlock> result;
   for (std::size_t b = 0; b < problem.blocks.size(); ++b) {
@@ -87,6 +102,14 @@ std::vector<SingleBlock> single_blocks(const Scene& scene, double tolerance) {
     single.key = verdict(smooth) == EquilibriumVerdict::Mechanism;
     single.removable = single.key || opens(smooth);
     if (single.key) find_strength(own, tolerance, single);
+    if (single.key && !brittle.empty()) single.stands.reset();
+    for (const EquilibriumProblem& other : brittle) {
+      SingleBlock found;
+      if (single.key) {
+        find_strength(alone(other, block, contacts_of_blocks(other)[b]), tolerance, found);
+      }
+      single.stands = std::max(single.stands, found.stands);
+    }
     result.push_back(single);
   }
   std::ranges::sort(result, [](const SingleBlock& x, const SingleBlock& y) {

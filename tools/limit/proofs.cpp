@@ -139,4 +139,20 @@ Limit prove(VariedScene& scenes, double tolerance) {
   return limit;
 }
 
+std::unique_ptr<Trial> stands_brittle(VariedScene& scenes, double tolerance) {
+  std::unique_ptr<Trial> best;
+  for (const Joints joints : {Joints::Whole, Joints::Broken}) {
+    scenes.judge_by(joints);
+    Limit found = prove(scenes, tolerance);
+    if (!found.stands) continue;
+    const double value = found.stands->value;
+    const bool everywhere = !found.falls, rises = everywhere || found.falls->value > value;
+    const bool farther = !best || (rises ? value > best->value : value < best->value);
+    if (farther || everywhere) best = std::move(found.stands);
+    if (everywhere) break;
+  }
+  scenes.judge_by(Joints::Yield);
+  return best;
+}
+
 }  // namespace quoin::limit_analysis

@@ -20,6 +20,10 @@ struct Limit {
 /// `tolerance`: how far apart the two may be, relative.
 Limit prove(VariedScene& scenes, double tolerance);
 
+/// Stands with joints that break where they reach their tension: the farther one of forces that all
+/// bear while they are whole, and that all bear once they are broken. None: neither is proved.
+std::unique_ptr<Trial> stands_brittle(VariedScene& scenes, double tolerance);
+
 /// The same of any problem by value: `at` solves it, `largest` where the factor is a variable.
 Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& largest, double from,
                    double to, double tolerance);

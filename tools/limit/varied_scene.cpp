@@ -91,11 +91,46 @@ void change_joints(Scene& scene, const Change& change) {
   for (solver::BlockJoint& pair : scene.block_joints) change(pair.joint);
 }
 
+template <class Visit>
+void each_joint(const Scene& scene, const Visit& visit) {
+  visit(scene.joint);
+  for (const solver::PairJoint& pair : scene.pair_joints) visit(pair.joint);
+  for (const solver::BlockJoint& pair : scene.block_joints) visit(pair.joint);
+}
+
 solver::VectorOfTime scaled(const solver::VectorOfTime& vector, double factor) {
   return {[vector, factor](double time) { return Vector3(factor * vector.at(time)); }};
 }
 
 }  // namespace
+
+const char* name(Joints joints) {
+  static constexpr const char* kNames[] = {"yield", "whole", "broken"};
+  return kNames[static_cast<std::size_t>(joints)];
+}
+
+bool has_tension(const Scene& scene) {
+  bool any = false;
+  each_joint(scene, [&](const solver::Joint& joint) { any = any || joint.tension > 0.0; });
+  return any;
+}
+
+Scene with_joints(Scene scene, Joints joints) {
+  if (joints != Joints::Broken) return scene;
+  change_joints(scene, [](solver::Joint& joint) {
+    if (joint.residual_friction_angle >= 0.0) joint.friction_angle = joint.residual_friction_angle;
+    joint.cohesion = joint.residual_cohesion;
+    joint.tension = 0.0;
+  });
+  return scene;
+}
+
+EquilibriumProblem problem_of(const Scene& scene, Joints joints) {
+  const bool whole = joints == Joints::Whole;
+  return solver::equilibrium_problem(
+      with_joints(scene, joints), 0.0,
+      whole ? solver::JointStress::Elastic : solver::JointStress::Plastic);
+}
 
 VariedScene::VariedScene(std::string path, std::vector<std::string> changes, const Vary& vary)
     : path_(std::move(path)),
@@ -107,20 +142,28 @@ VariedScene::VariedScene(std::string path, std::vector<std::string> changes, con
   live_ = scene_;
   live_.gravity = Vector3(0, 0, 0);
   part_loads();
-  problem_ = solver::equilibrium_problem(scene_);
+  judge_by(Joints::Yield);
+}
+
+void VariedScene::judge_by(Joints joints) {
+  joints_ = joints;
+  if (vary_.what != "load") return;
+  problem_ = problem_of(scene_, joints);
   const std::vector<Vector6> live = solver::block_loads(live_);
   for (std::size_t b = 0; b < live.size(); ++b) {
     problem_.blocks[b].live = live[b];
-    problem_.blocks[b].load += vary.from * live[b];
+    problem_.blocks[b].load += vary_.from * live[b];
   }
 }
 
 Trial VariedScene::at(double value) {
-  Trial trial{value, scene_, problem_, value - vary_.from};
-  if (vary_.what != "load") {
-    trial.factor = 0.0;
-    trial.scene = changed_scene(value);
-    trial.problem = solver::equilibrium_problem(trial.scene);
+  const bool load = vary_.what == "load";
+  Trial trial{value, with_joints(load ? scene_ : changed_scene(value), joints_), problem_};
+  trial.joints = joints_;
+  if (load) {
+    trial.factor = value - vary_.from;
+  } else {
+    trial.problem = problem_of(trial.scene, joints_);
   }
   trial.found = solver::find_equilibrium(trial.problem, trial.factor);
   factorizations += trial.found.factorizations;
@@ -160,8 +203,13 @@ Scene VariedScene::changed_scene(double value) const {
   } else if (vary_.what == "strength") {
     change_joints(scene, [&](solver::Joint& joint) {
       joint.friction_angle = std::atan(std::tan(joint.friction_angle) / value);
-      joint.cohesion /= value;
-      joint.tension /= value;
+      if (joint.residual_friction_angle >= 0.0) {
+        joint.residual_friction_angle = std::atan(std::tan(joint.residual_friction_angle) / value);
+      }
+      for (double* strength :
+           {&joint.cohesion, &joint.tension, &joint.residual_cohesion, &joint.residual_tension}) {
+        *strength /= value;
+      }
     });
   } else if (vary_.what == "friction") {
     change_joints(scene, [&](solver::Joint& joint) {

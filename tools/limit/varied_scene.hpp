@@ -31,6 +31,16 @@ Vary parse_vary(const std::string& text);
 std::vector<std::string> with_static_stage(const std::string& path,
                                            std::vector<std::string> changes);
 
+/// What joints with tension can do. Plastic ones yield, and reach all that could ever be borne;
+/// brittle ones are whole, their stress as steps judge it, or have residual strength, no tension.
+enum class Joints : std::uint8_t { Yield, Whole, Broken };
+
+/// "yield", "whole", "broken".
+const char* name(Joints joints);
+bool has_tension(const Scene& scene);
+Scene with_joints(Scene scene, Joints joints);
+EquilibriumProblem problem_of(const Scene& scene, Joints joints);
+
 /// One value, what was solved there and what came out.
 struct Trial {
   double value = 0.0;
@@ -39,6 +49,7 @@ struct Trial {
   double factor = 0.0;  ///< of the live loads
   Equilibrium found{};
   double shrink = 1.0;  ///< of contact areas about their middles
+  Joints joints = Joints::Yield;
 };
 
 /// Scenes by value.
@@ -47,6 +58,8 @@ class VariedScene {
   /// Throws what scene_file::read_scene does, and SceneError where no load has the name.
   VariedScene(std::string path, std::vector<std::string> changes, const Vary& vary);
 
+  /// Of what follows; at first they yield.
+  void judge_by(Joints joints);
   Trial at(double value);  ///< solved
   /// Of a load: the convex problem.
   Equilibrium largest();
@@ -68,6 +81,7 @@ class VariedScene {
   scene_file::SceneFile file_;
   Scene scene_, live_{};          ///< of a load: without the loads of that name; with them alone
   EquilibriumProblem problem_{};  ///< of a load: with what `from` takes of it
+  Joints joints_ = Joints::Yield;
 };
 
 }  // namespace quoin::limit_analysis

@@ -52,7 +52,9 @@ json reached_json(const limit_analysis::Reached& reached) {
 }
 
 /// The three numbers that say what loading reaches; null what was not looked for.
-json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Limit& limit) {
+/// `stands`: with brittle joints.
+json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Limit& limit,
+                  const Trial* stands) {
   if (!(arguments.loading > 0.0) || !limit.stands || !limit.falls) return nullptr;
   json result = {{"proved_upper_bound", limit.falls->value}};
   const double half = 0.5 * arguments.loading;
@@ -67,7 +69,8 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
   end_progress();
   // The value nearest to the safe end of all that is lost, or falls.
   const bool rises = limit.falls->value > limit.stands->value;
-  std::optional<double> safe = limit.stands->value;
+  std::optional<double> safe;
+  if (stands != nullptr) safe = stands->value;
   const auto take = [&](const json& value) {
     if (value.is_null()) {
       safe.reset();
@@ -122,7 +125,7 @@ void print(const json& report) {
   std::printf("%s: %s\n", report["scene"].get<std::string>().c_str(),
               report["vary"].get<std::string>().c_str());
   print_loading(report["loading"]);
-  line("stands", "admissible (forces within friction balance all loads) at");
+  line("stands", "admissible (forces within what joints bear balance all loads) at");
   line("falls", "falls (proved, whatever the flow rule) at");
   if (!report["convex"].is_null()) {
     std::printf("  limit of the convex problem %.9g: an upper bound for Coulomb friction\n",
@@ -285,15 +288,37 @@ Limit settlement(const LimitArguments& arguments, const VariedScene& scenes, jso
   return limit;
 }
 
+/// In place of what joints reach that yield. `safe`: what loading is known to reach, if any is.
+void take_brittle(std::unique_ptr<Trial> stands, const json& safe, double tolerance, Limit& limit) {
+  const auto is_reached = [&](double value, double allowed) {
+    return limit.stands &&
+           std::abs(value - limit.stands->value) <= allowed * std::abs(limit.stands->value);
+  };
+  const bool lost =
+      safe.is_number() && !is_reached(safe.get<double>(), 4.0 * limit_analysis::kRunTolerance);
+  const bool reached = stands && is_reached(stands->value, tolerance) && !lost;
+  limit.stands = std::move(stands);
+  if (reached) return;
+  limit.why = "joints with tension are brittle: one after another they can break before all yield";
+}
+
 int limit(const LimitArguments& arguments) {
   using limit_analysis::summary;
   VariedScene scenes(arguments.scene, arguments.changes,
                      limit_analysis::parse_vary(arguments.vary));
   json loading;
-  const Limit limit = scenes.vary().what == "settlement"
-                          ? settlement(arguments, scenes, loading)
-                          : limit_analysis::prove(scenes, arguments.tolerance);
-  if (loading.is_null()) loading = loading_json(arguments, scenes, limit);
+  const bool sinks = scenes.vary().what == "settlement";
+  Limit limit = sinks ? settlement(arguments, scenes, loading)
+                      : limit_analysis::prove(scenes, arguments.tolerance);
+  const bool brittle = !sinks && limit_analysis::has_tension(scenes.file().scene);
+  auto stands = brittle ? limit_analysis::stands_brittle(scenes, arguments.tolerance) : nullptr;
+  if (!sinks) {
+    loading = loading_json(arguments, scenes, limit, brittle ? stands.get() : limit.stands.get());
+  }
+  if (brittle) {
+    const json safe = loading.is_null() ? json() : loading["safe"];
+    take_brittle(std::move(stands), safe, arguments.tolerance, limit);
+  }
   json report = {{"scene", arguments.scene},
                  {"vary", arguments.vary},
                  {"stands", summary(limit.stands.get())},

@@ -195,6 +195,22 @@ std::vector<double> gap_changes(const JointBlocks& blocks, const JointPolygon& p
 
 }  // namespace
 
+std::vector<Vector2d> core(const JointPolygon& polygon) {
+  std::vector<Vector2d> places, result;
+  for (const Corner& corner : polygon.corners) places.push_back(corner.place);
+  const std::optional<JointSection> section = joint_section(places);
+  if (!section) return result;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Vector2d& p = places[i];
+    const Vector2d side = (places[(i + 1) % places.size()] - p).normalized();
+    const Vector2d outwards(side.y(), -side.x());
+    const double distance = outwards.dot(p - section->centroid);
+    result.push_back(section->centroid -
+                     section->second_moment * outwards / (section->area * distance));
+  }
+  return result;
+}
+
 JointPolygon joint_polygon(const JointBlocks& blocks, const BodyContact& contact) {
   const SeenBlock a{blocks.model_a, blocks.a, contact.part_a, Vector3::Zero()};
   const SeenBlock b{blocks.model_b, blocks.b, contact.part_b, between(blocks.a, blocks.b)};

@@ -53,6 +53,11 @@ struct JointPolygon {
   double area = 0.0;  ///< m2; 0: the faces share none
 };
 
+/// Corners of its core, one for each side: while the normal force stays within them, a section that
+/// remains plane has no tension. A corner counts for its side's triangle: they balance about the
+/// centroid. Empty: no area.
+std::vector<Eigen::Vector2d> core(const JointPolygon& polygon);
+
 /// `contact`: any of the joint's.
 JointPolygon joint_polygon(const JointBlocks& blocks, const BodyContact& contact);
 

@@ -102,10 +102,12 @@ struct ShearStrength {
 
 ShearStrength shear_strength(const BodyContact& contact, const LinearContact& c) {
   const JointStrength now = strength(*contact.joint, contact.state);
-  return {now.friction * std::max(c.force[0], 0.0), now.cohesion * contact.state.point.area};
+  const double friction = now.friction * c.force[0];
+  const double cohesion = now.cohesion * contact.state.point.area + std::min(friction, 0.0);
+  return {std::max(friction, 0.0), std::max(cohesion, 0.0)};
 }
 
-/// Cohesion acts on the whole area, friction where the contacts are.
+/// Cohesion acts on the whole area, less what pulls take off it; friction where the contacts are.
 ShearState shear_state(const SolvedJoint& joint) {
   const Vector3& normal = joint.contacts.front().state.point.normal;
   ShearState state;

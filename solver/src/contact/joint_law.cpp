@@ -39,8 +39,10 @@ Vector3 trial_force(const LinearContact& c, const Vector3& multiplier, double al
           multiplier[2] - shear * c.relative[2]};
 }
 
+/// What pulls a bond takes off its shear.
 double friction_limit(const LinearContact& c, double normal_force) {
-  return c.friction * std::max(normal_force, 0.0) + c.cohesion;
+  const double presses = c.bonded ? normal_force : std::max(normal_force, 0.0);
+  return std::max(c.friction * presses + c.cohesion, 0.0);
 }
 
 /// Direction of the friction that a sliding contact had, or zero.
@@ -224,7 +226,8 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
     return result;
   }
   if (c.law == ContactLaw::Tie) return Vector3(0.0, shear, shear).asDiagonal();
-  const bool follows = c.force[0] > options.negligible;
+  const bool follows =
+      c.force[0] > options.negligible || (c.bonded && friction_limit(c, c.force[0]) > 0.0);
   if (options.assumed) {
     if (follows) result.bottomLeftCorner<2, 1>() = c.friction * normal * known_direction(c);
     return result;

@@ -47,11 +47,14 @@ SmoothProjection project_by_parts(const Admissible& forces, const Vector3& z, do
     result.derivative(0, 0) = slope;
   }
   if (forces.shear == Admissible::Shear::All) return result;
-  const double limit = forces.friction * positive + forces.cohesion;
-  const SmoothDisc disc = project_on_disc(z.tail<2>(), limit, smoothing);
+  const bool pulled = forces.pulls && forces.friction > 0.0;
+  const Positive shear =
+      pulled ? smoothly_positive(forces.friction * z[0] + forces.cohesion, smoothing)
+             : Positive{forces.friction * positive + forces.cohesion, slope};
+  const SmoothDisc disc = project_on_disc(z.tail<2>(), shear.value, smoothing);
   result.value.tail<2>() = disc.value;
   result.derivative.bottomRightCorner<2, 2>() = disc.by_z;
-  result.derivative.bottomLeftCorner<2, 1>() = forces.friction * slope * disc.by_limit;
+  result.derivative.bottomLeftCorner<2, 1>() = forces.friction * shear.slope * disc.by_limit;
   return result;
 }
 

@@ -13,7 +13,7 @@ namespace quoin::solver {
 struct Admissible {
   enum class Shear : char {
     Cone,
-    Disc,  ///< |x_t| <= friction max(x_n, 0) + cohesion
+    Disc,  ///< |x_t| <= friction x_n + cohesion, or 0
     All    ///< no limit
   };
   Shear shear = Shear::Cone;
@@ -21,7 +21,8 @@ struct Admissible {
   double friction = 0.0, cohesion = 0.0;
 
   double shear_limit(double normal_force) const {
-    return friction * std::max(normal_force, 0.0) + cohesion;
+    return std::max(friction * (pulls ? normal_force : std::max(normal_force, 0.0)) + cohesion,
+                    0.0);
   }
 };
 

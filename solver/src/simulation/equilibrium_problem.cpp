@@ -7,7 +7,7 @@
 
 namespace quoin::solver {
 
-EquilibriumProblem equilibrium_problem(const Scene& scene, double reach) {
+EquilibriumProblem equilibrium_problem(const Scene& scene, double reach, JointStress stress) {
   StepOptions options;
   options.analysis = Analysis::Static;
   options.reach = reach;
@@ -17,7 +17,9 @@ EquilibriumProblem equilibrium_problem(const Scene& scene, double reach) {
   detect(compiled, options, state, work);
   work.initial_depths.remember(compiled, work.found, work.laid);
   work.initial_depths.take_off(compiled, state.blocks, work.found);
-  return equilibrium_problem(compiled, state, work.found, reach);
+  const bool elastic = stress == JointStress::Elastic;
+  return equilibrium_problem(compiled, state, work.found, reach,
+                             elastic ? StrengthPoints::OfCore : StrengthPoints::ShareArea);
 }
 
 EquilibriumProblem equilibrium_problem(const Simulation& simulation, double share) {
@@ -36,7 +38,7 @@ EquilibriumProblem equilibrium_problem(const Simulation& simulation, double shar
   std::erase_if(work.found, [&](const geometry::ContactPoint& point) {
     return point.gap > way(point.key.a) + way(point.key.b);
   });
-  return equilibrium_problem(compiled, state, work.found, options.reach, ShearInTension::Cohesion);
+  return equilibrium_problem(compiled, state, work.found, options.reach, StrengthPoints::OfSteps);
 }
 
 std::vector<Vector6> block_loads(const Scene& scene) {

@@ -377,7 +377,7 @@ struct ProblemScene {
   const State& state;
   std::vector<Pose> poses{};
   double reach = 0.0;  ///< m
-  ShearInTension shear = ShearInTension::OfCone;
+  StrengthPoints points = StrengthPoints::ShareArea;
 
   /// Gap up to which two blocks touch, m.
   double touching(const BodyContact& contact) const {
@@ -385,10 +385,16 @@ struct ProblemScene {
         std::min(compiled.models[index(contact.a)].size, compiled.models[index(contact.b)].size);
     return std::max({reach, kTouching * size, compiled.scene.coordinate_rounding});
   }
-  /// What a joint that is judged as a whole bears in a run its corners alone can stand for.
   bool has_inner_points(const Joint& joint) const {
     if (!(std::max(joint.cohesion, joint.tension) > 0.0)) return false;
-    return shear == ShearInTension::OfCone || acts_by_area(joint);
+    return points != StrengthPoints::OfSteps || acts_by_area(joint);
+  }
+  bool has_core(const Joint& joint) const {
+    return points == StrengthPoints::OfCore && joint.tension > 0.0;
+  }
+  JointBlocks blocks_of(const BodyContact& contact) const {
+    return {compiled.models[index(contact.a)], compiled.models[index(contact.b)],
+            poses[index(contact.a)], poses[index(contact.b)]};
   }
 };
 
@@ -401,8 +407,7 @@ std::vector<BodyContact> with_inner_points(const ProblemScene& scene,
   for (const BodyContact& corner : corners) area += corner.state.point.area;
   if (!(area > 0.0) || !scene.has_inner_points(*first.joint)) return points;
   const std::vector<BlockModel>& models = scene.compiled.models;
-  const JointBlocks blocks{models[index(first.a)], models[index(first.b)],
-                           scene.poses[index(first.a)], scene.poses[index(first.b)]};
+  const JointBlocks blocks = scene.blocks_of(first);
   const JointPolygon polygon = joint_polygon(blocks, first);
   if (!(polygon.area > 0.0)) return points;
   for (const auto& inner : inner_points(blocks, polygon, corners, scene.touching(first))) {
@@ -416,9 +421,7 @@ std::vector<BodyContact> with_inner_points(const ProblemScene& scene,
 EquilibriumContact equilibrium_contact(const ProblemScene& scene, const BodyContact& contact) {
   const geometry::ContactPoint& point = contact.state.point;
   const JointStrength bears = strength(*contact.joint, Contact{});
-  const double apex = bears.friction * bears.tension;
-  const double cohesion = scene.shear == ShearInTension::Cohesion ? bears.cohesion + apex
-                                                                  : std::max(bears.cohesion, apex);
+  const double cohesion = std::max(bears.cohesion, bears.friction * bears.tension);
   const Vector3 middle = 0.5 * (local_point(scene.state, contact.a, contact.arm_a) +
                                 local_point(scene.state, contact.b, contact.arm_b));
   return {.a = contact.a,
@@ -431,16 +434,40 @@ EquilibriumContact equilibrium_contact(const ProblemScene& scene, const BodyCont
           .tension = bears.tension * point.area};
 }
 
+/// Its normal force acts at the corners of the core. Shear strength is that of steps: friction and
+/// cohesion where the cone reaches the tension, none without cohesion.
+std::vector<EquilibriumContact> core_contacts(const ProblemScene& scene,
+                                              std::span<const BodyContact> corners) {
+  const BodyContact& first = corners.front();
+  const JointPolygon polygon = joint_polygon(scene.blocks_of(first), first);
+  const JointStrength bears = strength(*first.joint, Contact{});
+  EquilibriumContact contact = equilibrium_contact(scene, first);
+  const Vector3 middle = contact.point;
+  const Eigen::Vector2d from = polygon.plane(middle - scene.state.blocks[index(first.a)].centroid);
+  const double most = bears.friction > 0.0 ? bears.cohesion / bears.friction : kInfinite;
+  const double tension = bears.cohesion > 0.0 ? std::min(bears.tension, most) : bears.tension;
+  if (!(bears.cohesion > 0.0)) contact.friction = 0.0;
+  std::vector<EquilibriumContact> result;
+  for (const Eigen::Vector2d& at : core(polygon)) {
+    const double area = polygon.triangles[result.size()];
+    contact.point = middle + (at - from).x() * polygon.plane.u + (at - from).y() * polygon.plane.v;
+    contact.cohesion = bears.cohesion * area;
+    contact.tension = tension * area;
+    result.push_back(contact);
+  }
+  return result;
+}
+
 }  // namespace
 
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
                                        std::span<const geometry::ContactPoint> found, double reach,
-                                       ShearInTension shear) {
+                                       StrengthPoints points) {
   if (!compiled.ties.empty() || !compiled.scene.quiet_faces.empty()) {
     throw InputError("a problem of equilibrium can't have ties or quiet faces");
   }
   EquilibriumProblem problem{.origin = state.origin};
-  ProblemScene scene{compiled, state, {}, reach, shear};
+  ProblemScene scene{compiled, state, {}, reach, points};
   const std::vector<Vector6> loads = block_loads(compiled, state);
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     problem.blocks.push_back(
@@ -454,6 +481,11 @@ EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const Stat
   }
   if (compiled.has_parts) std::ranges::sort(contacts, {}, joint_order);
   each_joint(contacts, [&](std::span<const BodyContact> joint) {
+    if (scene.has_core(*joint.front().joint)) {
+      const std::vector<EquilibriumContact> added = core_contacts(scene, joint);
+      problem.contacts.insert(problem.contacts.end(), added.begin(), added.end());
+      if (!added.empty()) return;
+    }
     for (const BodyContact& contact : with_inner_points(scene, joint)) {
       problem.contacts.push_back(equilibrium_contact(scene, contact));
     }

@@ -315,7 +315,7 @@ void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
 /// leave to the positions is of another normal force. `cohesion`: N.
 void limit_force(double friction, double cohesion, bool bonded, Contact& contact) {
   if (!bonded) contact.normal_force = std::max(0.0, contact.normal_force);
-  const double limit = friction * std::max(0.0, contact.normal_force) + cohesion;
+  const double limit = std::max(0.0, friction * contact.normal_force + cohesion);
   const double size = contact.shear_force.norm();
   if (size > limit) contact.shear_force *= limit / size;
 }

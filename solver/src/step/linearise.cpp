@@ -465,9 +465,9 @@ bool strength_lags(std::span<const BodyContact> contacts, std::span<const Linear
     const LinearContact& c = linear[i];
     if (!(contacts[i].joint->softening_slip > 0.0) || c.mode != ContactMode::Slip) continue;
     const ShearOfPoint mean = shear_of_point(contacts[i], c);
-    const double normal = std::max(c.force[0], 0.0);
-    const double used = c.friction * normal + c.cohesion;
-    const double change = mean.friction * normal + mean.cohesion - used;
+    const double normal = c.bonded ? c.force[0] : std::max(c.force[0], 0.0);
+    const double used = std::max(c.friction * normal + c.cohesion, 0.0);
+    const double change = std::max(mean.friction * normal + mean.cohesion, 0.0) - used;
     if (std::abs(change) > tolerance * used) return true;
   }
   return false;

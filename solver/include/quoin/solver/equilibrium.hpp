@@ -45,18 +45,27 @@ struct EquilibriumProblem {
   std::vector<EquilibriumContact> contacts{};
 };
 
+/// How a joint with tension spreads its normal force over its area.
+enum class JointStress : std::uint8_t {
+  Plastic,  ///< as f_n >= -T lets it at each point: no more can ever be borne
+  /// Linear over the section, nowhere a tension of more than t or c / mu: what a brittle joint
+  /// bears before it breaks, as steps judge it. Its points are the corners of the section's core.
+  Elastic
+};
+
 /// The scene as it stands at time 0, its deformable blocks rigid, with peak strengths: contact
 /// points with gaps of up to `reach` (m; 0: 1e-6 of the smaller block, or
 /// Scene::coordinate_rounding), loads and held points. Absent blocks are left out. Throws
 /// InputError as Simulation does.
-EquilibriumProblem equilibrium_problem(const Scene& scene, double reach = 0.0);
+EquilibriumProblem equilibrium_problem(const Scene& scene, double reach = 0.0,
+                                       JointStress stress = JointStress::Plastic);
 
 class Simulation;
 
 /// Likewise of blocks where they stand now, with as large a set of forces as steps from there could
 /// come to: contact points count if moving both blocks by `share` (>= 0) of their sizes can close
-/// them, and C is that of cohesion + mu T, so that the set holds those of steps, in which cohesion
-/// bears shear in tension, too. A mechanism proves that no equilibrium is near.
+/// them; brittle joints, which steps judge as a whole, have corners alone. A mechanism proves that
+/// no equilibrium is near.
 EquilibriumProblem equilibrium_problem(const Simulation& simulation, double share);
 
 /// Weight and loads of the scene at time 0, by block: force, N, and moment about its centroid, N m.
