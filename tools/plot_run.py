@@ -265,7 +265,7 @@ def joints_figure(joints, chain, edges, path):
             for j in ordered]
     axes[1].plot(number, mean, color=COLOURS[0], label="mean over the joint", **marks)
     axes[1].plot(number, most, color=COLOURS[2], label="largest at a contact point", **marks)
-    if edges:
+    if chain is not None:
         edge = [edges.get((j["a"], j["b"]), np.nan) / 1e6 for j in ordered]
         axes[1].plot(number, edge, color=COLOURS[1], label="at the edge, linear and without tension", **marks)
     for axis in axes:

@@ -71,8 +71,15 @@ class View(FolderTest):
         self.browser.drag(left + 8, top + height / 2, left + width - 3, top + height / 2)
 
     def test_a_run(self):
-        run = self.shaken_wall()
-        value = self.opened(run)
+        """On a screen and on a telephone; the page has the same bytes each time."""
+        run, pages = self.shaken_wall(), []
+        for size in ((1280, 800), (390, 844, 2, True)):
+            self.browser.size(*size)
+            self.look_at_a_run(run, self.opened(run))
+            pages.append((self.folder / "page.html").read_bytes())
+        self.assertEqual(*pages)
+
+    def look_at_a_run(self, run, value):
         frames = value("quoin.frames")
         self.assertEqual(frames, 12)  # start, end of the static stage, ten of the motion
         before = value("document.getElementById('time-value').textContent")
