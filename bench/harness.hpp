@@ -46,7 +46,7 @@ double quantile(std::vector<double> values, double share);
 void start_callgrind();
 /// Runs `pass` once. What callgrind collects: --toggle-collect='quoin::bench::counted*'.
 void counted(const std::function<void()>& pass);
-/// Says how many queries were counted, for tools/count_bench.py.
+/// Says how many queries were counted, for bench/count_bench.py.
 void print_counted(const std::string& workload, const std::string& peer, std::size_t queries);
 
 /// Times the entries of one group against each other.

@@ -10,6 +10,7 @@ points by state: open, stick, slip; ringed where the joint is at its residual st
 resultants inside the stone are seen through it, points fainter.
 """
 import argparse
+import functools
 import os
 import pathlib
 import shutil
@@ -116,12 +117,18 @@ def raster(corners, sizes, colours, view, centre, scale, width, height, samples=
     return pixels, np.frombuffer(done.stdout, "<f4", width * height, pixels.size).reshape(height, width) + origin @ view.back
 
 
+@functools.cache
+def quantity(frame, name):
+    """Of each block."""
+    return QUANTITIES[name][1](frame)
+
+
 def colours_of(frame, given, limits):
     """Of each block."""
     held = frame.blocks.kind >= FIXED
     colours = FREE[np.arange(len(held)) % len(FREE)]
     if limits is not None:
-        value = QUANTITIES[given.colour][1](frame)
+        value = quantity(frame, given.colour)
         colours = plt.get_cmap("viridis")(Normalize(*limits)(value))[:, :3]
     colours = np.where(held[:, None], HELD, colours)
     return 0.45 * colours + 0.55 if given.forces else colours  # light, so that arrows are seen
@@ -192,7 +199,7 @@ def draw_forces(axis, joints, view, size, largest):
 
 
 def largest_force(frames):
-    return max((np.linalg.norm(j["force"]) for f in frames for j in f.contacts.joints()), default=0.0)
+    return max((np.linalg.norm([j["force"] for j in f.contacts.joints], axis=1).max() for f in frames if f.contacts.joints), default=0.0)
 
 
 def draw(axis, frame, given, box, bars, pixels):
@@ -202,7 +209,7 @@ def draw(axis, frame, given, box, bars, pixels):
     if given.contacts:
         draw_contacts(axis, frame.contacts, given.view, depth, box)
     if "forces" in bars:
-        draw_forces(axis, frame.contacts.joints(), given.view, np.max(box[1] - box[0]), bars["forces"][1])
+        draw_forces(axis, frame.contacts.joints, given.view, np.max(box[1] - box[0]), bars["forces"][1])
     words = f"t = {frame.time:.3g} s" + (f", {frame.label}" if frame.label else "")
     words += f", displacements × {given.scale:g}" if given.scale != 1 else ""
     axis.set_title(words, fontsize=9, loc="left", color="#222222", pad=3)
@@ -212,7 +219,7 @@ def bars_of(frames, given):
     """{what: (least, largest)} of the colour bars, over all frames."""
     bars = {}
     if given.colour != "block":
-        values = [QUANTITIES[given.colour][1](f)[f.blocks.kind < FIXED] for f in frames]
+        values = [quantity(f, given.colour)[f.blocks.kind < FIXED] for f in frames]
         low, high = min(v.min(initial=0.0) for v in values), max(v.max(initial=0.0) for v in values)
         bars["colour"] = (low, high if high > low else low + 1.0)
     largest = largest_force(frames) if given.forces else 0.0

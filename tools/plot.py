@@ -1,21 +1,10 @@
-#!/usr/bin/env python3
-"""Displacement against time of several runs beside the exact curve, and their errors below it.
-
-    tools/plot.py OUT.png --title TEXT --monitor NAME [--along X Y Z] [--exact FORMULA] RUN=LABEL…
-
-RUN is a folder that `quoin run --out` left; FORMULA is of t: + - * / ^, sin, cos, tan, sqrt, exp, pi.
-"""
-import argparse
-import csv
-import pathlib
-
+"""Plots of the demo: runs beside exact curves, their errors below; colours, marks and style of all others."""
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-
-from formula import evaluated  # noqa: E402
+from run_output import history  # noqa: E402
 
 # Okabe and Ito's colours: told apart by everybody.
 COLOURS = ["#D55E00", "#E69F00", "#CC79A7", "#0072B2", "#009E73", "#56B4E9", "#999999", "#000000"]
@@ -28,25 +17,12 @@ plt.rcParams.update({
 })
 
 
-def history(folder):
-    """{column: values} of history.csv."""
-    with open(pathlib.Path(folder) / "history.csv", encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    table = np.array(rows[1:], dtype=float)
-    return {name: table[:, i] for i, name in enumerate(rows[0])}
-
-
 def moved(table, monitor, along=None):
     """Displacement of a monitored point: along a direction, or its length, m."""
     vector = np.column_stack([table[f"{monitor}.u{c}"] for c in "xyz"])
     if along is None:
         return np.linalg.norm(vector, axis=1)
     return vector @ (np.array(along) / np.linalg.norm(along))
-
-
-def ratio(value):
-    """Two significant digits, or all before the point."""
-    return f"{value:.2g}" if value < 99.5 else f"{value:.0f}"
 
 
 def save(figure, path):
@@ -179,24 +155,3 @@ def error_against_time_figure(path, points):
     axis.legend(handles=marks, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     axis.set(title="Error against run time", xlabel="time in the solver (s)", ylabel="largest relative error")
     save(figure, path)
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("picture")
-    parser.add_argument("runs", nargs="+", metavar="RUN=LABEL")
-    parser.add_argument("--title", default="")
-    parser.add_argument("--monitor", required=True)
-    parser.add_argument("--along", type=float, nargs=3)
-    parser.add_argument("--exact", help="formula of t")
-    given = parser.parse_args()
-    exact = None
-    if given.exact:
-        names = {name: getattr(np, name) for name in ("sin", "cos", "tan", "sqrt", "exp", "pi")}
-        exact = lambda t: evaluated(given.exact, names | {"t": t})  # noqa: E731
-    runs = [tuple(run.split("=", 1)) if "=" in run else (run, run) for run in given.runs]
-    displacement_figure(given.picture, [(given.title, runs)], given.monitor, given.along, exact)
-
-
-if __name__ == "__main__":
-    main()

@@ -293,7 +293,7 @@ def main():
     history_figure(table, out / "history.png")
     blocks = Blocks(series(given.run, "blocks")[-1][1])
     contacts = Contacts(series(given.run, "contacts")[-1][1])
-    joints = contacts.joints()
+    joints = contacts.joints
     if not joints:
         print("no joint bears a force at the end: thrust.png and joints.png are left out")
         return

@@ -243,29 +243,24 @@ class Contacts:
             self.area = np.atleast_1d(found["area"])
             self.pair = np.column_stack([found["block_a"], found["block_b"]]).reshape(-1, 2)
 
+    @functools.cached_property
     def joints(self):
         """For each pair that bears a force: blocks, centre of pressure (m), force on b (N), its normal
-        and shear parts (N), area (m2), least and largest pressure of a point (Pa)."""
-        result = []
+        and shear parts (N), area (m2), points (m), and the pressure of each (Pa)."""
         if not len(self.pair):
-            return result
+            return []
         order = np.lexsort(self.pair.T[::-1])
-        cuts = np.flatnonzero(np.any(np.diff(self.pair[order], axis=0), axis=1)) + 1
-        for rows in np.split(order, cuts):
-            total = self.normal_force[rows].sum()
-            if not total > 0:
-                continue
-            force = self.force_on_b[rows].sum(axis=0)
-            normal = self.normal_force[rows] @ self.normal[rows]
-            normal = normal / np.linalg.norm(normal)
-            shear = force - force @ normal * normal
-            pressure = self.normal_force[rows] / np.where(self.area[rows] > 0, self.area[rows], np.nan)
-            result.append({"a": self.pair[rows[0], 0], "b": self.pair[rows[0], 1],
-                           "centre": self.normal_force[rows] @ self.points[rows] / total,
-                           "points": self.points[rows], "force": force, "normal": total,
-                           "direction": normal, "shear": np.linalg.norm(shear),
-                           "area": self.area[rows].sum(), "pressure": pressure})
-        return result
+        pair, bears, points = self.pair[order], self.normal_force[order], self.points[order]
+        cuts = np.flatnonzero(np.any(np.diff(pair, axis=0), axis=1)) + 1
+        first = np.append(0, cuts)
+        area, total, force, normal, centre = (np.add.reduceat(values, first) for values in (
+            self.area[order], bears, self.force_on_b[order], bears[:, None] * self.normal[order], bears[:, None] * points))
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        shear = np.linalg.norm(force - (force * normal).sum(axis=1)[:, None] * normal, axis=1)
+        pressure = bears / np.where(self.area[order] > 0, self.area[order], np.nan)
+        return [{"a": pair[first[i], 0], "b": pair[first[i], 1], "centre": centre[i] / total[i], "points": at, "force": force[i],
+                 "normal": total[i], "direction": normal[i], "shear": shear[i], "area": area[i], "pressure": each}
+                for i, (at, each) in enumerate(zip(np.split(points, cuts), np.split(pressure, cuts))) if total[i] > 0]
 
 
 def largest_compression(blocks, contacts):
@@ -276,7 +271,8 @@ def largest_compression(blocks, contacts):
     stresses = np.zeros((len(volumes), 3, 3))
     for side, sign in ((0, -1.0), (1, 1.0)):
         of = contacts.pair[:, side]
-        np.add.at(stresses, of, sign * (contacts.points - centroids[of])[:, :, None] * contacts.force_on_b[:, None, :])
-    stresses /= volumes[:, None, None]
+        arms = sign * (contacts.points - centroids[of])
+        for i, j in np.ndindex(3, 3):
+            stresses[:, i, j] += np.bincount(of, arms[:, i] * contacts.force_on_b[:, j], len(volumes)) / volumes
     of_forces = -np.linalg.eigvalsh(0.5 * (stresses + stresses.transpose(0, 2, 1)))[:, 0]
     return np.where(blocks.kind == RIGID, of_forces, blocks.compression)

@@ -4,7 +4,7 @@
 ///   against, words bench_lean --times        least time of a step of every scene, by turns in one
 ///   process, as JSON bench_lean NAME           runs one scene and prints bytes and allocations as
 ///   JSON; callgrind counts
-///                             quoin_lean_steps() alone, see tools/bench-lean
+///                             quoin_lean_steps() alone, see bench/bench-lean
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,5 @@
 /// A foreign program that asks for one pair, N times (first argument). QUOIN_LEAN_GEOMETRY and
-/// QUOIN_LEAN_SOLVER link more of quoin without running it: what tools/bench-lean compares.
+/// QUOIN_LEAN_SOLVER link more of quoin without running it: what bench/bench-lean compares.
 
 #include <cstdio>
 #include <cstdlib>

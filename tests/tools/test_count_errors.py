@@ -19,7 +19,7 @@ def check(command, code, text, **settings):
 
 
 with tempfile.TemporaryDirectory() as empty:
-    count = [sys.executable, os.path.join(project, "tools/count_bench.py"), empty, "--out", os.path.join(empty, "counts.json")]
+    count = [sys.executable, os.path.join(project, "bench/count_bench.py"), empty, "--out", os.path.join(empty, "counts.json")]
     check(count + ["--filter", "NOSUCH"], 2, "no workload with a goal fits --filter NOSUCH")
     check(count + ["--filter", "("], 2, "--filter (")
     check(count, 1, "valgrind is not installed", env={"PATH": empty})
@@ -27,7 +27,7 @@ with tempfile.TemporaryDirectory() as empty:
         os.chmod(file.name, 0o755)
     check(count, 1, "bench_nearest_features has not been built", env={"PATH": empty})
 for options in (["--quick", "--counts"], ["--counts", "--filter", "W1"]):
-    check(["sh", os.path.join(project, "tools/bench-geometry"), *options], 2, "--counts takes no other option")
+    check(["sh", os.path.join(project, "bench/bench-geometry"), *options], 2, "--counts takes no other option")
 
 print("\n".join(failures) or "all passed")
 sys.exit(len(failures) > 0)

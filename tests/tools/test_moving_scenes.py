@@ -1,4 +1,4 @@
-"""Scenes of tools/moving_scenes.py that tools/large.py runs: blocks lie as they should, and move.
+"""Scenes of bench/moving_scenes.py that bench/large.py runs: blocks lie as they should, and move.
 
 usage: test_moving_scenes.py QUOIN SOURCE_DIR
 """
@@ -12,7 +12,7 @@ import unittest
 from folder_test import FolderTest
 
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
-sys.path.insert(0, str(SOURCE / "tools"))
+sys.path.insert(0, str(SOURCE / "bench"))
 from moving_scenes import hull_pile, jointed_slope, pile, struck_wall, vault  # noqa: E402
 
 

@@ -46,7 +46,7 @@ SECTIONS = """
 import sys
 sys.path.insert(0, sys.argv[1])
 import plot_run
-joints = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1]).joints()
+joints = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1]).joints
 chain = plot_run.chain_of(joints, plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1]))
 edges = plot_run.edge_stresses(sys.argv[2])
 for number, ends in sorted(zip(chain, plot_run.thrust_band(joints, chain, [0, 2])), key=lambda entry: entry[1][0][2]):
@@ -75,7 +75,7 @@ sys.path.insert(0, sys.argv[1])
 import plot_run
 run = sys.argv[2]
 blocks = plot_run.Blocks(plot_run.series(run, "blocks")[-1][1])
-joints = plot_run.Contacts(plot_run.series(run, "contacts")[-1][1]).joints()
+joints = plot_run.Contacts(plot_run.series(run, "contacts")[-1][1]).joints
 chain = plot_run.chain_of(joints, blocks)
 with open(run + "/joints.csv", encoding="utf-8") as file:
     rows = {(int(row["a"]), int(row["b"])): row for row in csv.DictReader(file)}

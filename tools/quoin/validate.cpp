@@ -169,7 +169,7 @@ void add_validate_command(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "A list of objects instead of a table");
   command->add_flag("--convergence", options->convergence,
                     "Errors against time step and penalty instead, for the cases that have such "
-                    "series (picture: plot_convergence.py)");
+                    "series (picture: bench/tables.py)");
   command->add_flag("--list", options->list, "Names and titles of the cases, which are not run");
   command->callback([options, &exit_code] {
     exit_code = run_guarded([&] { return options->list ? list(*options) : validate(*options); },

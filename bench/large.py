@@ -2,7 +2,7 @@
 """Runs walls from sudden gravity by quoin, Bullet and ODE, and large scenes that move by quoin and Bullet: the
 data of bench/large.md.
 
-    tools/large.py --bench BENCH --out FILE.json [--quick] [--part rest|moving] [--scenes PATTERN]
+    bench/large.py --bench BENCH --out FILE.json [--quick] [--part rest|moving] [--scenes PATTERN]
 
 BENCH: folder of bench_large and bench_moving. --quick: without the largest walls and scenes, peers for 3 s each
 instead of 20. --part: the other part of FILE stays as it is. --scenes: of moving those whose titles the pattern is

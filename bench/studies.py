@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the shipped studies: CSV, JSON and a work-precision picture of each.
 
-    tools/studies.py --quoin build-release/tools/quoin [--peers build-release/bench/bench_study]
+    bench/studies.py --quoin build-release/tools/quoin [--peers build-release/bench/bench_study]
                      [--out bench/studies] [--only NAME …]
 
 Bullet and ODE run the same scenes when --peers names their program (-DQUOIN_BUILD_BENCH=ON); else
@@ -14,9 +14,11 @@ import subprocess
 import sys
 import tempfile
 
-import plot_study
+TOOLS = pathlib.Path(__file__).resolve().parent.parent / "tools"
+sys.path.append(str(TOOLS))
+import plot_study  # noqa: E402
 
-SCENES = pathlib.Path(__file__).resolve().parent / "scenes"
+SCENES = TOOLS / "scenes"
 STEPS = "dt=0.02,0.01,0.005,0.0025,0.00125"
 DEFAULT = "method=augmented_lagrangian"  # uses no penalty
 SOURCE = "method=paper,penalty"          # the source's own methods

@@ -10,7 +10,7 @@ exits with 1 when there is any beyond the threshold.
 import argparse
 import sys
 
-from bench_report import groups, load, reference_of, reference_time
+from tables import groups, load, reference_of, reference_time
 
 
 QUOIN = ("quoin", "find")  # how its entries begin

@@ -1,4 +1,4 @@
-"""Scenes in which many blocks move at once, as scene files: what tools/moving.py runs."""
+"""Scenes in which many blocks move at once, as scene files: what bench/moving.py runs."""
 import math
 import random
 

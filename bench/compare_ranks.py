@@ -2,7 +2,7 @@
 """Holds `quoin run --mpi` on several ranks against one process, over the scenes of `quoin make`: the table of
 solver/README.md.
 
-    tools/compare_ranks.py --quoin QUOIN [--only SCENE …] [--linear SOLVER]
+    bench/compare_ranks.py --quoin QUOIN [--only SCENE …] [--linear SOLVER]
 
 Of each scene: time steps, the longest way of a block, and the largest difference of a centroid, m, between one process
 and another run: one process with gravity 1e-12 larger; 2 and 4 ranks. SOLVER: automatic (default), elimination, multigrid.
@@ -37,7 +37,7 @@ SCENES = {
     "bin": ("bin", "--blocks", "40", "--end-time", "0.6"),
 }
 SHIPPED = {"dominoes": "study/dominoes.json", "arch that loses its supports": "field/arch_spread.json"}
-FOLDER = pathlib.Path(__file__).resolve().parent / "scenes"
+FOLDER = pathlib.Path(__file__).resolve().parent.parent / "tools" / "scenes"
 # Of Open MPI: more ranks than cores, also as the superuser of a container.
 ENVIRONMENT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_mpi_yield_when_idle": "1",

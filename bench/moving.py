@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 """Runs the scenes of moving_scenes.py, in which many blocks move at once: bench/moving.md.
 
-    tools/moving.py iterations --quoin QUOIN            each contact iteration: a table
-    tools/moving.py tolerances --quoin QUOIN            all kinds of scenes by tolerance: a table
-    tools/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
-    tools/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
-    tools/moving.py endure --quoin QUOIN                scenes for 5 s by all steps and stiffnesses: a table
-    tools/moving.py endure --large --quoin QUOIN        the large ones, in steps of 10 and 5 ms
-    tools/moving.py creep --quoin QUOIN                 a minute of shaking that all sticks through: a table
-    tools/moving.py uneven --quoin QUOIN                a boulder that slides on pebbles, by mass ratio: a table
-    tools/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png
-    tools/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
+    bench/moving.py iterations --quoin QUOIN            each contact iteration: a table
+    bench/moving.py tolerances --quoin QUOIN            all kinds of scenes by tolerance: a table
+    bench/moving.py peers --bench BENCH --out FILE      quoin, Bullet and ODE, and series of them: JSON
+    bench/moving.py problems --bench BENCH --out FILE   the problems of bench/problems.tar.xz: CSV
+    bench/moving.py endure --quoin QUOIN                scenes for 5 s by all steps and stiffnesses: a table
+    bench/moving.py endure --large --quoin QUOIN        the large ones, in steps of 10 and 5 ms
+    bench/moving.py creep --quoin QUOIN                 a minute of shaking that all sticks through: a table
+    bench/moving.py uneven --quoin QUOIN                a boulder that slides on pebbles, by mass ratio: a table
+    bench/moving.py pictures --quoin QUOIN              bench/moving_pile.png, bench/moving_wall.png
+    bench/moving.py dump --quoin QUOIN                  makes bench/problems.tar.xz
 
 QUOIN is the command, BENCH the folder of bench_moving and contact_problems. --work FOLDER: for what is made on
 the way (default: moving).

@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import sys
 
-from bench_report import GOALS, reference_of
+from tables import GOALS, reference_of
 
 CACHES = ["--I1=32768,8,64", "--D1=49152,12,64", "--LL=1048576,16,64"]
 
