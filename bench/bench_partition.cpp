@@ -2,19 +2,13 @@
 ///
 /// bench_partition [COLUMNS ROWS [solved]]: for 2, 4, … 64 parts, of each part the blocks of others
 /// that its own touch (ghosts) and the parts that these belong to (messages of a product).
-///
-/// bench_partition model BRICKS LATENCY MESSAGE BYTE BLOCK [CORES]: an iteration by the model of
-/// exchange_model.hpp on 1, 2, 4, … 100 parts of so many bricks each. LATENCY and MESSAGE in us,
-/// BYTE and BLOCK in ns, as bench_exchange measures them; CORES that all parts share.
 
 #include <cstdio>
 #include <cstdlib>
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/solver/parts.hpp>
 #include <set>
-#include <string_view>
 
-#include "exchange_model.hpp"
 #include "wall_scene.hpp"
 
 namespace {
@@ -93,59 +87,9 @@ void print(const std::vector<Part>& parts) {
               static_cast<double>(messages) / count, most_messages);
 }
 
-/// By how much slower messages make an iteration take twice its arithmetic.
-double slower(std::span<const quoin::bench::LevelWork> work, int parts,
-              quoin::bench::Machine machine) {
-  const double latency = machine.latency, message = machine.message;
-  constexpr int kBisections = 60;
-  double least = 0.0, most = 1e6;
-  for (int i = 0; i < kBisections && most - least > 1e-3 * most; ++i) {
-    const double factor = 0.5 * (least + most);
-    machine.latency = factor * latency;
-    machine.message = factor * message;
-    const quoin::bench::IterationCost cost = simulate(work, parts, machine);
-    (cost.time < 2.0 * cost.arithmetic ? least : most) = factor;
-  }
-  return most;
-}
-
-void print_model(int bricks, int parts, const quoin::bench::Machine& machine) {
-  const double count = static_cast<double>(bricks) * parts;
-  const int rows = static_cast<int>(std::sqrt(count / 1.5625));
-  const auto levels = quoin::bench::wall_levels(static_cast<int>(count / rows), rows, parts);
-  const auto work = quoin::bench::work_of(levels, parts);
-  const quoin::bench::IterationCost cost = simulate(work, parts, machine);
-  std::printf(
-      "%4d parts, %8d bricks, %zu levels, %2d exchanges, %5.1f messages: %.4g ms, of it "
-      "arithmetic %.1f %%, messages %.1f %%, waiting %.1f %%",
-      parts, levels[0].matrix.rows(), levels.size(), cost.exchanges, cost.sent, 1e3 * cost.time,
-      100.0 * cost.arithmetic / cost.time, 100.0 * cost.messages / cost.time,
-      100.0 * cost.waiting / cost.time);
-  if (parts > 1) {
-    std::printf("; twice the arithmetic at %.3g us of latency",
-                1e6 * machine.latency * slower(work, parts, machine));
-  }
-  std::printf("\n");
-}
-
-void model(char** arguments, int count) {
-  const auto number = [&](int i) { return std::atof(arguments[i]); };
-  const quoin::bench::Machine machine{.latency = 1e-6 * number(1),
-                                      .message = 1e-6 * number(2),
-                                      .byte = 1e-9 * number(3),
-                                      .coupling = 1e-9 * number(4),
-                                      .cores = count > 5 ? std::atoi(arguments[5]) : 0};
-  for (const int parts : {1, 2, 4, 8, 16, 32, 64, 100})
-    print_model(std::atoi(arguments[0]), parts, machine);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc > 6 && std::string_view(argv[1]) == "model") {
-    model(argv + 2, argc - 2);
-    return 0;
-  }
   const int columns = argc > 2 ? std::atoi(argv[1]) : 125,
             rows = argc > 2 ? std::atoi(argv[2]) : 80;
   const solver::Scene scene = quoin::bench::wall_scene(columns, rows);
