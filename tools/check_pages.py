@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Counts the words of the pages (rows of tables not counted) against their limits.
+"""Counts the words of the pages (rows of tables not counted) against their limits, and looks for the files that the tables of
+README.md name; one without a folder lies beside the one before it.
 
-Prints one line for each page that is too long, and exits with 1 when there is one.
+Prints one line for each fault, and exits with 1 when there is one.
 """
 import pathlib
 import re
@@ -19,6 +20,16 @@ def words(place):
                if not line.startswith("|"))
 
 
-too_long = [f"{place}: {words(place)} words, at most {limit}" for place, limit in LIMITS.items() if words(place) > limit]
-print("\n".join(too_long) or f"{words('.')} words in all pages")
-sys.exit(1 if too_long else 0)
+def missing():
+    for row in (ROOT / "README.md").read_text(encoding="utf-8").splitlines():
+        folder = ROOT
+        for name in re.findall(r"`([\w./]+)`", row) if row.startswith("|") else ():
+            folder = (ROOT / name).parent if "/" in name else folder
+            if re.search(r"/|\.\w+$", name) and not (ROOT / name if "/" in name else folder / name).exists():
+                yield f"README.md: there is no {name} in {folder.relative_to(ROOT)}"
+
+
+faults = [f"{place}: {words(place)} words, at most {limit}" for place, limit in LIMITS.items() if words(place) > limit]
+faults += missing()
+print("\n".join(faults) or f"{words('.')} words in all pages")
+sys.exit(1 if faults else 0)
