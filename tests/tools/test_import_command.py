@@ -4,13 +4,11 @@ usage: test_import_command.py QUOIN SOURCE_DIR
 """
 import csv
 import json
-import subprocess
 import sys
 import unittest
 
 from folder_test import FolderTest
 
-QUOIN = sys.argv[1]
 CORNERS = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]  # an L in x, z
 
 
@@ -30,9 +28,6 @@ FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])
 
 
 class Import(FolderTest):
-    def quoin(self, *arguments):
-        return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120, cwd=self.folder)
-
     def run_scene(self, scene, name="scene"):
         (self.folder / f"{name}.json").write_text(json.dumps(scene))
         done = self.quoin("run", f"{name}.json", "--out", name, "--json")

@@ -30,12 +30,7 @@ def cube_on_floor(stages, kind="rigid", **more):
 
 class Joints(FolderTest):
     def run_scene(self, scene):
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        out = self.folder / "out"
-        done = subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", "--out", out], capture_output=True,
-                              text=True, timeout=120)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(done.stdout), out
+        return self.told("run", self.written(scene), "--out", "out"), self.folder / "out"
 
     @staticmethod
     def rows(out, name):

@@ -2,12 +2,9 @@
 import csv
 import json
 import math
-import pathlib
-import subprocess
 import sys
 import unittest
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 
 from folder_test import FolderTest
 
@@ -33,14 +30,10 @@ FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-20, -20, -1], [20, 20,
 
 class Loads(FolderTest):
     def command(self, name, document, *options):
-        (self.folder / "scene.json").write_text(json.dumps(document))
-        return subprocess.run([QUOIN, name, self.folder / "scene.json", "--json", *options], capture_output=True,
-                              text=True, timeout=300)
+        return self.quoin(name, self.written(document), "--json", *options)
 
     def run_scene(self, document):
-        done = self.command("run", document, "--out", self.folder / "out")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(done.stdout)
+        return self.told("run", self.written(document), "--out", "out")
 
     def refused(self, document, *words):
         done = self.command("run", document)

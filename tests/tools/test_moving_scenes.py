@@ -5,32 +5,25 @@ usage: test_moving_scenes.py QUOIN SOURCE_DIR
 import csv
 import json
 import pathlib
-import subprocess
 import sys
 import unittest
 
 from folder_test import FolderTest
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+SOURCE = pathlib.Path(sys.argv[2])
 sys.path.insert(0, str(SOURCE / "bench"))
 from moving_scenes import hull_pile, jointed_slope, pile, struck_wall, vault  # noqa: E402
 
 
 class MovingScenes(FolderTest):
-    def quoin(self, *words):
-        done = subprocess.run([QUOIN, *map(str, words), "--json"], capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(done.stdout)
-
     def moves(self, document, blocks, loose=(), growth=1e-9):
         """`blocks`: that move; `loose`: that touch nothing that holds them. Displacements by name, m."""
-        scene, run = self.folder / "scene.json", self.folder / "run"
-        scene.write_text(json.dumps(document))
+        scene, run = self.written(document), self.folder / "run"
         self.assertEqual(sum(block["kind"] == "rigid" for block in document["blocks"]), blocks)
-        report = self.quoin("check", scene)
+        report = self.told("check", scene)
         self.assertEqual(report["contacts"]["overlaps"], [])
         self.assertEqual(sorted(report["without_support"]), sorted(loose))
-        summary = self.quoin("run", scene, "--out", run)
+        summary = self.told("run", scene, "--out", run)
         self.assertEqual((summary["status"], summary["unconverged_steps"]), ("completed", 0))
         self.assertLess(summary["largest_overlap"], 1e-6)
         self.assertLess(summary["energy"]["growth"], growth * summary["energy"]["scale"])

@@ -1,11 +1,8 @@
 """Functions of time from CSV files, jumps in tables, baseline correction: against exact integrals."""
 import json
-import pathlib
-import subprocess
 import sys
 import unittest
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 
 from folder_test import FolderTest
 
@@ -34,9 +31,7 @@ class Records(FolderTest):
         scene = {"time_step": 0.1, "end_time": 0.6, "monitors": [{"name": "table", "block": "table"}],
                  "blocks": [{"name": "table", "kind": "prescribed", "shape": box, "motion": motion}],
                  **more}
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(scene))
-        return subprocess.run([QUOIN, "run", path, "--json"], capture_output=True, text=True, timeout=60)
+        return self.quoin("run", self.written(scene), "--json")
 
     def end_of(self, motion):
         done = self.run_scene(motion)

@@ -27,11 +27,7 @@ GROUND = block("ground", [-9, -9, -1], [9, 9, 0], "fixed")
 
 class StagedWork(FolderTest):
     def summary(self, scene, code=0):
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        done = subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", "--out", self.folder / "out"],
-                              capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return json.loads(done.stdout)
+        return self.told("run", self.written(scene), "--out", "out", code=code)
 
     def history(self, column):
         with open(self.folder / "out" / "history.csv", encoding="utf-8") as file:

@@ -30,14 +30,10 @@ def sliding(stages, **more):
 
 class Stages(FolderTest):
     def run_scene(self, scene, *arguments):
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        return subprocess.run([QUOIN, "run", self.folder / "scene.json", "--json", *map(str, arguments)],
-                              capture_output=True, text=True, timeout=120)
+        return self.quoin("run", self.written(scene), "--json", *arguments)
 
     def summary(self, scene, *arguments, code=0):
-        done = self.run_scene(scene, *arguments)
-        self.assertEqual(done.returncode, code, done.stderr)
-        return json.loads(done.stdout)
+        return self.told("run", self.written(scene), *arguments, code=code)
 
     def test_each_stop_rule_ends_its_stage(self):
         dynamic = {"analysis": "dynamic"}

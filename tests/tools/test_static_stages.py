@@ -3,13 +3,11 @@ import csv
 import json
 import math
 import re
-import subprocess
 import sys
 import unittest
 
 from folder_test import FolderTest
 
-QUOIN = sys.argv[1]
 
 
 def slope(friction, stages, **more):
@@ -56,20 +54,12 @@ class StaticStages(FolderTest):
     def test_limit_of_the_shear_wall(self):
         scene = shear_wall(1.0)
         scene["loads"][0]["name"] = "push"
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(scene))
-        done = subprocess.run([QUOIN, "limit", path, "--json", "--vary", "load=push:0:30000", "--loading", "0",
-                               "--tolerance", "1e-6"], capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        report = json.loads(done.stdout)
+        report = self.told("limit", self.written(scene), "--vary", "load=push:0:30000", "--loading", "0", "--tolerance", "1e-6")
         for side in ("stands", "falls"):
             self.assertAlmostEqual(report[side]["value"] / 15789.47366, 1, delta=2e-6)
 
     def run_scene(self, scene, *arguments):
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(scene))
-        return subprocess.run([QUOIN, "run", path, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=120)
+        return self.quoin("run", self.written(scene), *arguments)
 
     def test_mechanism(self):
         seen = []

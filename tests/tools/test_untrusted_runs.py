@@ -1,13 +1,11 @@
 """What a run must not be silent about: energy, overlaps without contacts, static stages that still seek."""
 import json
 import math
-import subprocess
 import sys
 import unittest
 
 from folder_test import FolderTest
 
-QUOIN = sys.argv[1]
 
 
 def box(name, low, high, kind="rigid", **more):
@@ -21,9 +19,7 @@ def scene(blocks, joint, **more):
 
 class UntrustedRuns(FolderTest):
     def run_scene(self, content):
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(content))
-        done = subprocess.run([QUOIN, "run", path, "--json"], capture_output=True, text=True, timeout=120)
+        done = self.quoin("run", self.written(content), "--json")
         return done.returncode, json.loads(done.stdout)
 
     def test_bars_that_jam_make_no_energy(self):
