@@ -11,56 +11,44 @@ from folder_test import FolderTest
 
 QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2])
 CASES = SOURCE / "tools" / "scenes" / "cases"
-SIZE = "from PIL import Image; import sys; i = Image.open(sys.argv[1]); print(i.n_frames, *i.size)"
+SIZE = "from PIL import Image; i = Image.open(sys.argv[1]); print(i.n_frames, *i.size)"
 DIFFER = """
-import sys
 import numpy
 from PIL import Image
 near, far = (numpy.asarray(Image.open(path).convert("L"), dtype=float) for path in sys.argv[1:])
 print(numpy.mean(numpy.abs(near - far) > 8))
 """
 DRAWN = """
-import sys
-sys.path.insert(0, sys.argv[1])
 from run_output import Blocks
-blocks = Blocks(sys.argv[2])
+blocks = Blocks(sys.argv[1])
 print([bool(faces) for faces in blocks.faces])
 """
 LEGEND = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import picture
-times = [time for time, _ in picture.series(sys.argv[2], "blocks")]
+times = [time for time, _ in picture.series(sys.argv[1], "blocks")]
 figure = picture.plt.figure()
-picture.add_legend(figure, list(picture.frames_of(sys.argv[2], times)))
+picture.add_legend(figure, list(picture.frames_of(sys.argv[1], times)))
 print(*(entry.get_text() for entry in figure.legends[0].get_texts()))
 """
 COMPRESSION = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import picture
-*_, frame = picture.frames_of(sys.argv[2], [9])
+*_, frame = picture.frames_of(sys.argv[1], [9])
 print(*picture.QUANTITIES["compression"][1](frame))
 """
 SECTIONS = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import plot_run
-joints = plot_run.Contacts(plot_run.series(sys.argv[2], "contacts")[-1][1]).joints
-chain = plot_run.chain_of(joints, plot_run.Blocks(plot_run.series(sys.argv[2], "blocks")[-1][1]))
-edges = plot_run.edge_stresses(sys.argv[2])
+joints = plot_run.Contacts(plot_run.series(sys.argv[1], "contacts")[-1][1]).joints
+chain = plot_run.chain_of(joints, plot_run.Blocks(plot_run.series(sys.argv[1], "blocks")[-1][1]))
+edges = plot_run.edge_stresses(sys.argv[1])
 for number, ends in sorted(zip(chain, plot_run.thrust_band(joints, chain, [0, 2])), key=lambda entry: entry[1][0][2]):
     joint = joints[number]
     print(*sorted(ends[:, 0]), *ends[:, 2], joint["centre"][0], edges[joint["a"], joint["b"]])
 """
 EXACT = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import numpy
 import picture
 drawn, raster = [], picture.raster
 picture.raster = lambda *words: drawn.append(raster(*words)) or drawn[-1]
-sys.argv[1:] = sys.argv[2:]
 picture.main()
 shown = numpy.asarray(picture.plt.imread(sys.argv[2])[..., :3] * 255 + 0.5, dtype="u1")
 for number, (image, _) in enumerate(drawn):
@@ -70,10 +58,8 @@ for number, (image, _) in enumerate(drawn):
 """
 JOINTS = """
 import csv
-import sys
-sys.path.insert(0, sys.argv[1])
 import plot_run
-run = sys.argv[2]
+run = sys.argv[1]
 blocks = plot_run.Blocks(plot_run.series(run, "blocks")[-1][1])
 joints = plot_run.Contacts(plot_run.series(run, "contacts")[-1][1]).joints
 chain = plot_run.chain_of(joints, blocks)
@@ -87,23 +73,29 @@ for number in chain:
         print(one, row[other])
 """
 LABELS = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import run_output
-print(*run_output.frame_labels(sys.argv[2]), sep="\\n")
+print(*run_output.frame_labels(sys.argv[1]), sep="\\n")
 """
 DENSE = """
-import sys
-sys.path.insert(0, sys.argv[1])
 import plot_run
 plot_run.MOST_LINES = 5
 plot_run.save = lambda figure, path: print(figure._suptitle.get_text()) if path.name == "thrust.png" else None
-sys.argv[1:] = sys.argv[2:]
 plot_run.main()
 """
 
 
+def python(snippet, *words):
+    """What a program prints that finds the modules of tools."""
+    start = "import sys\nsys.path.insert(0, sys.argv.pop(1))\n"
+    return subprocess.run(["/usr/bin/python3", "-c", start + snippet, SOURCE / "tools", *words], check=True, capture_output=True,
+                          text=True, env={**os.environ, "QUOIN": str(QUOIN)}).stdout
+
+
 class Pictures(FolderTest):
+    def made(self, *words):
+        self.assertEqual(self.quoin("make", *words, "--out", "made.json").returncode, 0)
+        return self.folder / "made.json"
+
     def run_scene(self, name, *arguments):
         subprocess.run([QUOIN, "run", CASES / name, "--out", self.folder / "run", *arguments], check=True,
                        stdout=subprocess.DEVNULL)
@@ -118,8 +110,7 @@ class Pictures(FolderTest):
         for name, frames in (("p.png", 1), ("p.gif", 7)):  # 0, 0.3, 0.5 (end of a stage), 0.6, … 1.5 s
             done = self.picture(name)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
-            said = subprocess.run(["/usr/bin/python3", "-c", SIZE, self.folder / name], check=True,
-                                  capture_output=True, text=True).stdout.split()
+            said = python(SIZE, self.folder / name).split()
             self.assertEqual(int(said[0]), frames)
             self.assertGreaterEqual(int(said[1]), 600)
 
@@ -145,8 +136,7 @@ class Pictures(FolderTest):
                  "friction_ten_rigid.json": {"open", "stick", "slip"}}  # new contacts, but no strength to lose
         for scene, states in known.items():
             self.run_scene(scene)
-            said = subprocess.run(["/usr/bin/python3", "-c", LEGEND, SOURCE / "tools", self.folder / "run"],
-                                  check=True, capture_output=True, text=True).stdout
+            said = python(LEGEND, self.folder / "run")
             self.assertEqual(set(said.split()), states)
 
     def refused(self, words, name, *arguments, code=2):
@@ -166,7 +156,7 @@ class Pictures(FolderTest):
             self.refused("No such file or directory", name, code=1)
         out = self.folder / "is_a_file"
         out.touch()
-        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", out], capture_output=True, text=True)
+        done = self.quoin("plot", "run", "--out", out)
         self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
         run = self.folder / "run"
         for name in ("blocks_000001.vtu", "contacts_000002.vtp", "blocks.pvd"):
@@ -176,7 +166,7 @@ class Pictures(FolderTest):
             shutil.copy(run / "blocks_000000.vtu", run / "blocks_000001.vtu")
         (run / "contacts_000002.vtp").unlink()
         os.truncate(run / "history.csv", 0)
-        done = subprocess.run([QUOIN, "plot", run, "--out", self.folder], capture_output=True, text=True)
+        done = self.quoin("plot", run, "--out", ".")
         self.assertEqual(done.returncode, 1)
         self.assertIn(f"{run / 'history.csv'}: is not as quoin run wrote it", done.stderr)
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
@@ -184,40 +174,33 @@ class Pictures(FolderTest):
     def test_absent_blocks_are_not_drawn(self):
         self.run_scene("stage_column.json")
         frames = sorted((self.folder / "run").glob("blocks_*.vtu"))
-        said = [subprocess.run(["/usr/bin/python3", "-c", DRAWN, SOURCE / "tools", frame], check=True,
-                               capture_output=True, text=True).stdout.strip() for frame in frames]
+        said = [python(DRAWN, frame).strip() for frame in frames]
         self.assertEqual(said[0], str([True] * 5))
         self.assertEqual(said[-1], str([True, True, True, False, True]))
         self.assertEqual(self.picture("p.png", "--forces", "--contacts").returncode, 0)
-        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
-                              capture_output=True, text=True)
+        done = self.quoin("plot", "run", "--out", "plots")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_panels_show_the_pixels_that_were_drawn(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
-        said = subprocess.run(["/usr/bin/python3", "-c", EXACT, SOURCE / "tools", self.folder / "run", self.folder / "p.png"],
-                              env={**os.environ, "QUOIN": str(QUOIN)}, check=True, capture_output=True, text=True).stdout
+        said = python(EXACT, self.folder / "run", self.folder / "p.png")
         self.assertEqual(said.split(), ["True"] * 4)
 
     def test_plot_of_a_run(self):
         self.run_scene("group_stress.json")
-        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
-                              capture_output=True, text=True)
+        done = self.quoin("plot", "run", "--out", "plots")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_compression_of_a_tower(self):
-        scene = self.folder / "tower.json"
-        subprocess.run([QUOIN, "make", "tower", "--blocks", "4", "--out", scene], check=True)
+        scene = self.made("tower", "--blocks", "4")
         self.run_scene(scene)
-        said = subprocess.run(["/usr/bin/python3", "-c", COMPRESSION, SOURCE / "tools", self.folder / "run"],
-                              check=True, capture_output=True, text=True).stdout.split()
+        said = python(COMPRESSION, self.folder / "run").split()
         for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
             self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
 
     def test_far_from_the_origin_as_near(self):
         """In millions of metres single precision leaves no depth of a block of one."""
-        scene, shown = self.folder / "tower.json", []
-        subprocess.run([QUOIN, "make", "tower", "--blocks", "2", "--out", scene], check=True)
+        scene, shown = self.made("tower", "--blocks", "2"), []
         tower = json.loads(scene.read_text())
         for far in (0, 4194304):
             for block in tower["blocks"]:
@@ -228,19 +211,17 @@ class Pictures(FolderTest):
             shown.append(self.folder / f"{far}.png")
             done = self.picture(shown[-1], "--times", "0")
             self.assertEqual((done.returncode, done.stderr), (0, ""))
-        said = subprocess.run(["/usr/bin/python3", "-c", DIFFER, *shown], check=True, capture_output=True, text=True).stdout
+        said = python(DIFFER, *shown)
         self.assertLess(float(said), 1e-3)  # of the pixels, where edges are rounded
         self.refused("--hide: must name some, not all, of the blocks 0 … 2", "p.png", "--hide", "3")
 
     def test_sections_of_a_pushed_tower(self):
         """Where the thrust line runs, which part of each joint bears, and its edge stress, in closed form."""
-        scene = self.folder / "tower.json"
-        subprocess.run([QUOIN, "make", "tower", "--blocks", "4", "--out", scene], check=True)
+        scene = self.made("tower", "--blocks", "4")
         pushed = [{"type": "point", "block": block, "point": [0.5, 0.5, z], "force": [force, 0, 0]}
                   for block, z, force in (("drum3", 2, 1000), ("drum1", 1, 7000))]
         self.run_scene(scene, "--set", f"/loads={json.dumps(pushed)}")
-        said = subprocess.run(["/usr/bin/python3", "-c", SECTIONS, SOURCE / "tools", self.folder / "run"], check=True,
-                              capture_output=True, text=True).stdout.splitlines()
+        said = python(SECTIONS, self.folder / "run").splitlines()
         for line, z in zip(said, (0, 0.5, 1, 1.5), strict=True):
             weight = 2400 * 9.81 * (2 - z)  # of a section of 1 m2
             off = (1000 * (2 - z) + 7000 * max(0, 1 - z)) / weight
@@ -248,17 +229,14 @@ class Pictures(FolderTest):
             edge = weight * (1 + 6 * off) if off < 1 / 6 else 2 * weight / bears
             for found, exact in zip(map(float, line.split()), (1 - bears, 1, z, z, 0.5 + off, edge), strict=True):
                 self.assertAlmostEqual(found, exact, delta=1e-9 * max(1, exact))
-        done = subprocess.run([QUOIN, "plot", self.folder / "run", "--out", self.folder / "plots"],
-                              capture_output=True, text=True)
+        done = self.quoin("plot", "run", "--out", "plots")
         self.assertEqual((done.returncode, done.stderr), (0, ""))
         self.assertTrue((self.folder / "plots" / "diagrams.png").exists())
 
     def test_joints_of_a_plot_are_those_of_the_run(self):
-        scene = self.folder / "arch.json"
-        subprocess.run([QUOIN, "make", "arch", "--out", scene], check=True)
+        scene = self.made("arch")
         self.run_scene(scene)
-        said = subprocess.run(["/usr/bin/python3", "-c", JOINTS, SOURCE / "tools", self.folder / "run"], check=True,
-                              capture_output=True, text=True).stdout.splitlines()
+        said = python(JOINTS, self.folder / "run").splitlines()
         self.assertGreater(len(said), 40)
         for line in said:
             found, exact = map(float, line.split())
@@ -266,20 +244,15 @@ class Pictures(FolderTest):
 
     def test_stages_are_told(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
-        said = subprocess.run(["/usr/bin/python3", "-c", LABELS, SOURCE / "tools", self.folder / "run"], check=True,
-                              capture_output=True, text=True).stdout.splitlines()
+        said = python(LABELS, self.folder / "run").splitlines()
         self.assertEqual(said[0], "start")
         self.assertTrue(said[-1].startswith("end of"))
         self.assertEqual(len([label for label in said if label.startswith("end of")]), 2)
 
     def test_plot_of_many_joints(self):
-        scene = self.folder / "wall.json"
-        subprocess.run([QUOIN, "make", "wall", "--length", "2", "--height", "1", "--out", scene], check=True)
+        scene = self.made("wall", "--length", "2", "--height", "1")
         self.run_scene(scene)
-        done = subprocess.run(["/usr/bin/python3", "-c", DENSE, SOURCE / "tools", self.folder / "run",
-                               "--out", self.folder / "plots"], capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        self.assertIn("largest compression of each block", done.stdout)
+        self.assertIn("largest compression of each block", python(DENSE, self.folder / "run", "--out", self.folder / "plots"))
 
 
 if subprocess.run(["/usr/bin/python3", "-c", "import matplotlib, PIL"], capture_output=True).returncode:

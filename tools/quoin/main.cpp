@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
       "did not converge, missed a reference or was ended early; 2 input that can't be worked "
       "with."};
   app.set_version_flag("--version", "quoin " QUOIN_VERSION);
+  app.require_subcommand(0, 1);  // what follows the command names files, though one be called "run"
   int exit_code = quoin::commands::kDone;
   quoin::commands::add_run_command(app, exit_code);
   quoin::commands::add_info_command(app, exit_code);
