@@ -3,23 +3,10 @@
 usage: test_cut_command.py QUOIN SOURCE_DIR
 """
 import csv
-import json
-import pathlib
-import subprocess
 import sys
-import tempfile
+import unittest
 
-QUOIN = sys.argv[1]
-failures = []
-
-
-def expect(holds, what):
-    if not holds:
-        failures.append(what)
-
-
-def quoin(*arguments):
-    return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True)
+from folder_test import FolderTest
 
 
 def column(**changes):
@@ -38,33 +25,29 @@ def forces(folder):
         return [(row["name_a"], row["name_b"], row["normal_force"]) for row in csv.DictReader(file)]
 
 
-with tempfile.TemporaryDirectory() as name:
-    root = pathlib.Path(name)
-    scene = root / "column.json"
-    scene.write_text(json.dumps(column()), encoding="utf-8")
-    told = json.loads(quoin("cut", scene, "--json").stdout)
-    expect(told["blocks"] == 4 and abs(told["closure"]) < 1e-12 and told["volume"] == 2,
-           f"counts and volumes: {told}")
-    expect(quoin("cut", scene, "--out", root / "blocks.json").returncode == 0, "writes a scene")
-    for source in ("column", "blocks"):
-        done = quoin("run", root / f"{source}.json", "--out", root / source)
-        expect(done.returncode == 0, f"{source} runs: {done.stderr}")
-    expect(forces(root / "column") == forces(root / "blocks"), "both scenes have the same forces")
-    bottom = sum(float(f) for a, b, f in forces(root / "column") if "ground" in (a, b))
-    expect(abs(bottom - 40000) < 1e-6, f"the ground bears 40 kN: {bottom} N")
+class Cut(FolderTest):
+    def test_a_column(self):
+        scene = self.written(column())
+        told = self.told("cut", scene)
+        self.assertEqual((told["blocks"], told["volume"]), (4, 2))
+        self.assertLess(abs(told["closure"]), 1e-12)
+        self.told("cut", scene, "--out", "blocks.json")
+        for source in ("scene", "blocks"):
+            self.told("run", f"{source}.json", "--out", source)
+        self.assertEqual(forces(self.folder / "scene"), forces(self.folder / "blocks"))
+        bottom = sum(float(f) for a, b, f in forces(self.folder / "scene") if "ground" in (a, b))
+        self.assertAlmostEqual(bottom, 40000, delta=1e-6)  # N
+        self.told("cut", scene, "--out", "blocks.obj")
+        lines = (self.folder / "blocks.obj").read_text(encoding="utf-8").splitlines()
+        self.assertEqual(sum(line.startswith("o ") for line in lines), 4)
+        self.assertEqual(lines.count("usemtl bed"), 6)  # two faces of each of three planes
 
-    expect(quoin("cut", scene, "--out", root / "blocks.obj").returncode == 0, "writes OBJ")
-    lines = (root / "blocks.obj").read_text(encoding="utf-8").splitlines()
-    expect(sum(line.startswith("o ") for line in lines) == 4, "an object a block")
-    expect(lines.count("usemtl bed") == 6, "two faces of each of three planes are of the joint")
+    def test_what_is_no_cut(self):
+        self.assertEqual(self.quoin("cut", self.written({**column(), "cut": None})).returncode, 2)
+        wrong = self.written(column(cuts=[{"type": "plane", "dip_deg": 0, "pont": [0, 0, 0]}]))
+        refused = self.quoin("run", wrong, "--out", "none")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("/cut/cuts/0", refused.stderr)
 
-    scene.write_text(json.dumps({**column(), "cut": None}), encoding="utf-8")
-    expect(quoin("cut", scene).returncode == 2, "a cut that is no object")
-    wrong = column(cuts=[{"type": "plane", "dip_deg": 0, "pont": [0, 0, 0]}])
-    scene.write_text(json.dumps(wrong), encoding="utf-8")
-    refused = quoin("run", scene, "--out", root / "none")
-    expect(refused.returncode == 2 and "/cut/cuts/0" in refused.stderr, f"its place: {refused.stderr}")
 
-for failure in failures:
-    print("failed:", failure)
-sys.exit(1 if failures else 0)
+unittest.main(argv=[sys.argv[0]], verbosity=2)
