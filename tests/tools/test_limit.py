@@ -172,6 +172,12 @@ filed["blocks"].append({"file": "blocks.obj", "kind": "rigid", "material": "ston
                         "pose": {"rotation": {"axis": [0, 0, 1], "angle_deg": 180}}})
 del filed["stages"]
 check("blocks of a file", filed, "tilt=0:60", math.degrees(math.atan(.25)))
+# A wall and its buttress of the same courses, whose bricks meet crosswise along edges alone: there no force counts. A
+# linear program of this test's author has 0.2991266375545845.
+propped = [GROUND, *(box([0, 0, .5 * k], [.5, 1, .5 * (k + 1)]) for k in range(6)), *(
+    {"kind": "rigid", "shape": {"type": "prism", "sweep": [0, 1, 0], "polygon": [[.5, 0, .5 * k], [1.5 - .3 * k, 0, .5 * k], [
+        1.2 - .3 * k, 0, .5 * (k + 1)], [.5, 0, .5 * (k + 1)]]}} for k in range(3))]
+check("crosswise joints", scene(math.degrees(math.atan(.7)), propped, [1, 0, 0]), "load=push:0:10", 0.2991266375545845)
 # Straight joints: bricks that meet along an edge alone have no normal of their own. They slide away at tan(phi).
 check("straight joints", scene(10, [GROUND] + [box([i, 0, .5 * j], [i + 1, 1, .5 * (j + 1)]) for i in range(3)
                                                for j in range(3)], [1, 0, 0]),

@@ -11,15 +11,40 @@ constexpr double kFar[] = {0.5, 0.05, 0.005};
 constexpr double kClosest = 0.1;  // to the limit that is tried: of the tolerance
 constexpr double kWider = 3.0;
 constexpr int kTries = 10;
+constexpr double kLeastValue =
+    1e-6;  // of the range: a limit near 0 is proved to the tolerance of it
 
-/// An undecided one is tried again with the velocities of a mechanism far from the limit.
-bool keep(Trial trial, Limit& limit) {
-  if (trial.found.verdict == EquilibriumVerdict::Undecided && !limit.strict.empty()) {
-    trial.found = solver::combined_mechanism(trial.problem, trial.factor, trial.found.velocities,
-                                             limit.strict);
+/// What moves if every contact pushes its blocks apart.
+std::vector<Vector6> opening(EquilibriumProblem problem) {
+  for (solver::EquilibriumBlock& block : problem.blocks) {
+    block.load.setZero();
+    block.live.setZero();
   }
+  for (const solver::EquilibriumContact& contact : problem.contacts) {
+    for (const auto& [b, sign] : {std::pair(contact.a, -1.0), {contact.b, 1.0}}) {
+      if (b < 0 || contact.held || contact.guided) continue;
+      solver::EquilibriumBlock& block = problem.blocks[static_cast<std::size_t>(b)];
+      block.load.head<3>() += sign * contact.normal;
+      block.load.tail<3>() += (contact.point - block.place).cross(sign * contact.normal);
+    }
+  }
+  return solver::find_equilibrium(problem).velocities;
+}
+
+/// An undecided one is tried again with the velocities of a mechanism far from the limit, or of one
+/// that opens contacts.
+void decide(Trial& trial, Limit& limit) {
+  if (trial.found.verdict != EquilibriumVerdict::Undecided) return;
+  if (limit.strict.empty()) limit.strict = opening(trial.problem);
+  const Equilibrium found =
+      solver::combined_mechanism(trial.problem, trial.factor, trial.found.velocities, limit.strict);
+  if (found.verdict == EquilibriumVerdict::Mechanism) trial.found = found;
+}
+
+bool keep(Trial trial, Limit& limit) {
+  decide(trial, limit);
   if (trial.found.verdict == EquilibriumVerdict::Undecided) return false;
-  if (limit.strict.empty() && trial.found.verdict == EquilibriumVerdict::Mechanism) {
+  if (trial.found.verdict == EquilibriumVerdict::Mechanism && limit.strict.empty()) {
     limit.strict = trial.found.velocities;
   }
   auto& place = trial.found.verdict == EquilibriumVerdict::Admissible ? limit.stands : limit.falls;
@@ -33,7 +58,7 @@ bool laps_over(const Limit& limit) {
 
 double apart(const Limit& limit, double range) {
   const double low = limit.stands->value, high = limit.falls->value;
-  return std::abs(high - low) / std::max({std::abs(low), std::abs(high), 1e-3 * range});
+  return std::abs(high - low) / std::max({std::abs(low), std::abs(high), kLeastValue * range});
 }
 
 /// Falls at the least value that mechanisms of the convex problem prove, with help of those of
@@ -42,6 +67,7 @@ void prove_fall(const std::function<Trial(double)>& at, const Equilibrium& large
                 double size, Limit& limit) {
   for (const double far : kFar) {
     Trial trial = at(limit.convex + far * size);
+    decide(trial, limit);
     if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
     const std::vector<Vector6> strict = trial.found.velocities;
     for (const auto& tight : {largest.velocities, strict}) {
@@ -67,7 +93,7 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
     return limit;
   }
   limit.convex = from + largest.factor;
-  const double range = to - from, size = std::max(std::abs(limit.convex), 1e-3 * range);
+  const double range = to - from, size = std::max(std::abs(limit.convex), kLeastValue * range);
   prove_fall(at, largest, from, size, limit);
   if (!limit.falls) keep(at(limit.convex + 0.49 * tolerance * size), limit);
   const bool borne = largest.verdict == EquilibriumVerdict::Admissible;

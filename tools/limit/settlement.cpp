@@ -102,11 +102,6 @@ class Path {
   Vector3 down_ = Vector3::Zero();
 };
 
-std::unique_ptr<Trial> proved(Trial trial, EquilibriumVerdict wanted) {
-  if (trial.found.verdict != wanted) return nullptr;
-  return std::make_unique<Trial>(std::move(trial));
-}
-
 std::string saved_state(const solver::Simulation& run) {
   std::ostringstream out;
   run.save(out);
@@ -123,24 +118,25 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
   double increment = (vary.to - vary.from) / kIncrements, way = vary.from, at = vary.from;
   auto run = path.start();
   std::string saved;
-  bool rested = false;
   for (;;) {
     const bool came_to_rest = path.go(*run, way);
     Trial trial = path.judged(*run, at);
-    const bool rests = came_to_rest && trial.found.verdict == EquilibriumVerdict::Admissible;
+    const bool rests = came_to_rest && trial.found.verdict != EquilibriumVerdict::Mechanism;
     ++reached.runs;
     std::ostringstream text;
     text << "settlement: " << at << (rests ? " holds" : " is lost");
     progress(text.str());
-    rested = came_to_rest;
     if (path.out_of_time()) {
       reached.why = "the time for runs is over";
       break;
     }
     (rests ? reached.holds : reached.lost) = at;
-    (rests ? limit.stands : limit.falls) = proved(
-        std::move(trial), rests ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism);
     if (rests) saved = saved_state(*run);
+    if (!rests) limit.falls.reset();
+    if (trial.found.verdict ==
+        (rests ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism)) {
+      (rests ? limit.stands : limit.falls) = std::make_unique<Trial>(std::move(trial));
+    }
     if (!reached.holds || (rests && at >= vary.to)) break;
     if (reached.lost) {
       if (*reached.lost - *reached.holds <= tolerance * (vary.to - vary.from)) break;
@@ -151,9 +147,9 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
     run = path.resume(saved);
   }
   if (!reached.lost) limit.why = "the range ends before";
-  if (reached.lost && !limit.falls) {
-    limit.why = rested ? "where the run rests next neither is proved"
-                       : "a mechanism is not proved where the run loses rest";
+  if (reached.lost && !limit.falls) limit.why = "no mechanism is proved where the run loses rest";
+  if (reached.holds && limit.falls && !(limit.stands && limit.stands->value >= *reached.holds)) {
+    limit.why = "no forces are proved where the run rests last";
   }
   if (!reached.why.empty()) limit.why = reached.why;
   return limit;

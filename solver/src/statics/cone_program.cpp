@@ -16,7 +16,8 @@ using Eigen::VectorXd;
 constexpr double kProximal = 1e-8;      // of forces and blocks of size 1: smaller loses pivots
 constexpr double kHeldProximal = 1e-4;  // of held points, which no cone's weight softens
 constexpr double kSolved = 1e-9;        // residuals, by tau
-constexpr double kCertificate = 1e-9;   // residual of a mechanism, by its power
+constexpr double kCertificate = 1e-9;   // residual of a mechanism, by its power and its speed
+constexpr double kOfSum = 0.1;          // likewise of the residuals' sum
 constexpr double kNoMechanism = 1e-6;   // kappa by tau, and residuals, where forces seem to exist
 constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
 constexpr double kToRim = 0.99;         // of the longest step
@@ -157,8 +158,8 @@ class InteriorPoint {
   std::vector<Cone> cones_;
   std::vector<int> round_of_, row_of_;  ///< by contact: cone, -1: none
   VectorXd b_, c_, h_, e_, proximal_;   ///< the last: of x
-  VectorXd x_, y_, s_, z_, best_x_, best_y_;
-  double tau_ = 1.0, kappa_ = 1.0, best_ = kInfinite;
+  VectorXd x_, y_, s_, z_, best_x_, best_y_, mechanism_y_;
+  double tau_ = 1.0, kappa_ = 1.0, best_ = kInfinite, least_wrong_ = kInfinite;
   std::vector<Scaling> scalings_;
   VectorXd l_;
   std::vector<Matrix3> inverse_;  ///< D⁻¹
@@ -397,8 +398,17 @@ Triple InteriorPoint::direct(const Triple& right) {
   const VectorXd q = right.x + columns(unweighted(right.z));
   Triple d;
   d.y = solve_balance(loads(forward(q)) - right.y);
-  d.x = forward(q - motions(d.y));
+  const VectorXd moved = motions(d.y);
+  d.x = forward(q - moved);
   d.z = unweighted(rows(d.x) - right.z);
+  // W⁻² loses digits where W is small: there the first row has z.
+  const VectorXd left = right.x - proximal_.cwiseProduct(d.x) - moved;
+  for (std::size_t k = 0; k < cones_.size(); ++k) {
+    const Cone& cone = cones_[k];
+    if (!cone.round || row_of_[index(cone.contact)] >= 0 || !(scalings_[k].eta < 1.0)) continue;
+    const Vector3 g(program_.contacts[index(cone.contact)].friction, 1.0, 1.0);
+    d.z.segment<3>(cone.row) = -left.segment<3>(3 * cone.contact).cwiseQuotient(g);
+  }
   return d;
 }
 
@@ -431,10 +441,17 @@ InteriorPoint::Residuals InteriorPoint::residuals() const {
 
 InteriorPoint::End InteriorPoint::judge(const Residuals& r) {
   const double power = -b_.dot(y_) - h_.dot(z_);
-  if (kappa_ > tau_ && power > 0.0 && largest(r.x - tau_ * c_) < kCertificate * power) {
+  const VectorXd lacks = r.x - tau_ * c_;
+  const double wrong =
+      std::max(kOfSum * lacks.lpNorm<1>(), largest(lacks) * std::max(1.0, power / largest(y_)));
+  if (kappa_ > tau_ && power > 0.0 && wrong < kCertificate * power) {
     best_y_ = y_;
     best_x_ = x_ / tau_;
     return End::Mechanism;
+  }
+  if (kappa_ > tau_ && power > 0.0 && wrong < least_wrong_ * power) {
+    least_wrong_ = wrong / power;
+    mechanism_y_ = y_;
   }
   const double objective = std::max(1.0, std::abs(c_.dot(x_)) / tau_);
   const double gap = s_.dot(z_) / (tau_ * tau_ * objective);
@@ -521,6 +538,8 @@ ConeSolution InteriorPoint::solve(int most) {
     if (end != End::Going || i == most || !iterate(r)) break;
   }
   if (end != End::Mechanism && factorizations_ > 0) polish();
+  // It may open contacts by more than its residual.
+  if (end == End::Going && kappa_ > tau_ && least_wrong_ < kInfinite) best_y_ = mechanism_y_;
   ConeSolution solution{best_x_.head(lambda()), best_y_, 0.0, factorizations_};
   if (with_factor()) solution.factor = best_x_[lambda()];
   return solution;

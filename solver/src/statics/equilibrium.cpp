@@ -398,6 +398,51 @@ struct ProblemScene {
   }
 };
 
+/// Normals of the faces of a block that pass through a contact, times `sign`, across its normal.
+std::vector<Eigen::Vector2d> faces_through(const ProblemScene& scene, const BodyContact& contact,
+                                           bool of_b, const JointPlane& plane) {
+  const int block = of_b ? contact.b : contact.a;
+  const BlockModel& model = scene.compiled.models[index(block)];
+  const Vector3 place = model.turn.transpose() * (of_b ? contact.arm_b : contact.arm_a);
+  const FeatureRange faces = faces_of(model, of_b ? contact.part_b : contact.part_a);
+  const Matrix3 turn = (of_b ? -1.0 : 1.0) * scene.poses[index(block)].rotation * model.turn;
+  std::vector<Eigen::Vector2d> across;
+  for (int f = faces.first; f < faces.end; ++f) {
+    const Vector3 normal = model.shape->face_normal(f);
+    const Vector3 vertex = model.shape->vertex(model.shape->topology().face(f)[0]);
+    if (std::abs(normal.dot(place - vertex)) > scene.touching(contact)) continue;
+    across.push_back(plane(turn * normal));
+    if (across.back().norm() < kStraight) across.pop_back();
+  }
+  return across;
+}
+
+/// Whether it is a sum of `sides` with weights of at least 0.
+bool is_between(const Eigen::Vector2d& way, const std::vector<Eigen::Vector2d>& sides) {
+  for (const Eigen::Vector2d& one : sides) {
+    if (std::abs(cross(way, one)) <= kStraight * one.norm() * way.norm() && way.dot(one) > 0.0) {
+      return true;
+    }
+    for (const Eigen::Vector2d& other : sides) {
+      const double turn = cross(one, other);
+      if (turn > 0.0 && cross(one, way) >= 0.0 && cross(way, other) >= 0.0) return true;
+    }
+  }
+  return false;
+}
+
+/// Blocks that meet along an edge or at a corner alone have many normals: any small motion along
+/// one of them parts the two. There no force counts.
+bool has_own_normal(const ProblemScene& scene, const BodyContact& contact) {
+  const JointPlane plane(contact.state.point.normal);
+  const auto of_a = faces_through(scene, contact, false, plane);
+  const auto of_b = faces_through(scene, contact, true, plane);
+  const auto meets = [](const auto& sides) {
+    return [&sides](const Eigen::Vector2d& way) { return is_between(way, sides); };
+  };
+  return std::ranges::none_of(of_a, meets(of_b)) && std::ranges::none_of(of_b, meets(of_a));
+}
+
 /// The points of a joint with strength share its area.
 std::vector<BodyContact> with_inner_points(const ProblemScene& scene,
                                            std::span<const BodyContact> corners) {
@@ -481,12 +526,20 @@ EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const Stat
   }
   if (compiled.has_parts) std::ranges::sort(contacts, {}, joint_order);
   each_joint(contacts, [&](std::span<const BodyContact> joint) {
-    if (scene.has_core(*joint.front().joint)) {
+    double area = 0.0;
+    for (const BodyContact& contact : joint) area += contact.state.point.area;
+    const BodyContact& first = joint.front();
+    const double size =
+        std::min(compiled.models[index(first.a)].size, compiled.models[index(first.b)].size);
+    const bool meets = scene.points == StrengthPoints::OfSteps ||
+                       area > scene.touching(first) * size;  // wider than what touches
+    if (scene.has_core(*first.joint)) {
       const std::vector<EquilibriumContact> added = core_contacts(scene, joint);
       problem.contacts.insert(problem.contacts.end(), added.begin(), added.end());
       if (!added.empty()) return;
     }
     for (const BodyContact& contact : with_inner_points(scene, joint)) {
+      if (!meets && !has_own_normal(scene, contact)) continue;
       problem.contacts.push_back(equilibrium_contact(scene, contact));
     }
   });
