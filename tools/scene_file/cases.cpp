@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -475,8 +474,7 @@ struct CaseFile::Document {
 CaseFile::CaseFile(const std::string& path) {
   const std::filesystem::path file(path);
   name_ = file.stem().string().substr(0, file.stem().string().find('_'));
-  plain_json(path);  // what can't be read is refused here; below keys keep their order
-  Json document = Json::parse(std::ifstream(path), nullptr, true, true);
+  Json document = Json::parse(plain_json(path));
   if (!document.contains("cases")) throw SceneError("", "missing key \"cases\"");
   title_ = document.value("title", "");
   Document made{file.parent_path().string(), {}, document["cases"]};

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "scene_file/scene_error.hpp"
+#include "scene_file/scene_file.hpp"
 #include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
@@ -19,6 +20,7 @@ constexpr std::size_t kMostDeep = 64;
 /// Makes the document as the parser goes (nlohmann's SAX interface); refuses a key that an object
 /// has already, and lists in lists without end. The package's own callback parser looks at all
 /// elements of a list anew after each of them.
+template <class Json>
 class DocumentBuilder {
  public:
   bool null() { return put(nullptr); }
@@ -28,8 +30,8 @@ class DocumentBuilder {
   bool number_float(json::number_float_t value, const std::string& /*text*/) { return put(value); }
   bool string(std::string& value) { return put(std::move(value)); }
   bool binary(json::binary_t& value) { return put(std::move(value)); }
-  bool start_object(std::size_t /*count*/) { return open(json::object()); }
-  bool start_array(std::size_t /*count*/) { return open(json::array()); }
+  bool start_object(std::size_t /*count*/) { return open(Json::object()); }
+  bool start_array(std::size_t /*count*/) { return open(Json::array()); }
   bool end_object() { return close(); }
   bool end_array() { return close(); }
 
@@ -47,22 +49,22 @@ class DocumentBuilder {
     throw error;
   }
 
-  json document;
+  Json document;
 
  private:
-  bool put(json&& value) {
+  bool put(Json&& value) {
     placed(std::move(value));
     return true;
   }
 
-  json& placed(json&& value) {
+  Json& placed(Json&& value) {
     if (open_.empty()) return document = std::move(value);
     if (open_.back()->is_object()) return *value_ = std::move(value);
     open_.back()->push_back(std::move(value));
     return open_.back()->back();
   }
 
-  bool open(json&& container) {
+  bool open(Json&& container) {
     if (open_.size() >= kMostDeep) {
       throw SceneError("", "nested too deep, the limit is " + std::to_string(kMostDeep));
     }
@@ -75,13 +77,13 @@ class DocumentBuilder {
     return true;
   }
 
-  std::vector<json*> open_;  ///< the containers that the parser is in
-  json* value_ = nullptr;    ///< of the last key
+  std::vector<Json*> open_;  ///< the containers that the parser is in
+  Json* value_ = nullptr;    ///< of the last key
 };
 
-template <class Text>
-json parsed(Text&& text, bool allow_comments) {
-  DocumentBuilder builder;
+template <class Json = json, class Text>
+Json parsed(Text&& text, bool allow_comments) {
+  DocumentBuilder<Json> builder;
   json::sax_parse(std::forward<Text>(text), &builder, json::input_format_t::json, true,
                   allow_comments);
   return std::move(builder.document);
@@ -189,25 +191,32 @@ std::string plain_message(const nlohmann::json::exception& error) {
 
 namespace {
 
-template <class Text>
-json parsed_scene(Text&& text) {
+template <class Json, class Text>
+Json parsed_scene(Text&& text) {
   try {
-    return parsed(std::forward<Text>(text), true);
+    return parsed<Json>(std::forward<Text>(text), true);
   } catch (const json::exception& error) {
     throw SceneError("", plain_message(error));
   }
 }
 
-}  // namespace
-
-json parse_json(const std::string& text) { return parsed_scene(text); }
-
-json read_json(const std::string& path) {
+template <class Json>
+Json read_as(const std::string& path) {
   std::ifstream file(path);
   if (!file || std::filesystem::is_directory(path)) {
     throw FileError((path.empty() ? "\"\"" : path) + ": can't be read");
   }
-  return parsed_scene(file);
+  return parsed_scene<Json>(file);
+}
+
+}  // namespace
+
+json parse_json(const std::string& text) { return parsed_scene<json>(text); }
+
+json read_json(const std::string& path) { return read_as<json>(path); }
+
+std::string plain_json(const std::string& path) {
+  return read_as<nlohmann::ordered_json>(path).dump();
 }
 
 Parameters expand(nlohmann::json& document, const std::vector<std::string>& changes) {

@@ -1537,8 +1537,6 @@ SceneFile parse_scene(const std::string& text, const std::string& folder,
   return read_document(parse_json(text), folder, changes);
 }
 
-std::string plain_json(const std::string& path) { return read_json(path).dump(); }
-
 SceneFile read_scene(const std::string& path, const std::vector<std::string>& changes) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   SceneFile file = read_document(read_json(path), folder, changes);
