@@ -31,18 +31,20 @@ std::vector<Vector6> opening(EquilibriumProblem problem) {
   return solver::find_equilibrium(problem).velocities;
 }
 
-/// An undecided one is tried again with the velocities of a mechanism far from the limit, or of one
-/// that opens contacts.
-void decide(Trial& trial, Limit& limit) {
+}  // namespace
+
+void decide(Trial& trial, std::vector<Vector6>& strict) {
   if (trial.found.verdict != EquilibriumVerdict::Undecided) return;
-  if (limit.strict.empty()) limit.strict = opening(trial.problem);
+  if (strict.empty()) strict = opening(trial.problem);
   const Equilibrium found =
-      solver::combined_mechanism(trial.problem, trial.factor, trial.found.velocities, limit.strict);
+      solver::combined_mechanism(trial.problem, trial.factor, trial.found.velocities, strict);
   if (found.verdict == EquilibriumVerdict::Mechanism) trial.found = found;
 }
 
+namespace {
+
 bool keep(Trial trial, Limit& limit) {
-  decide(trial, limit);
+  decide(trial, limit.strict);
   if (trial.found.verdict == EquilibriumVerdict::Undecided) return false;
   if (trial.found.verdict == EquilibriumVerdict::Mechanism && limit.strict.empty()) {
     limit.strict = trial.found.velocities;
@@ -67,7 +69,7 @@ void prove_fall(const std::function<Trial(double)>& at, const Equilibrium& large
                 double size, Limit& limit) {
   for (const double far : kFar) {
     Trial trial = at(limit.convex + far * size);
-    decide(trial, limit);
+    decide(trial, limit.strict);
     if (trial.found.verdict != EquilibriumVerdict::Mechanism) continue;
     const std::vector<Vector6> strict = trial.found.velocities;
     for (const auto& tight : {largest.velocities, strict}) {

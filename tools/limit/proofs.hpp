@@ -17,6 +17,11 @@ struct Limit {
   std::string why{};  ///< why the two are farther apart than the tolerance; empty: they are not
 };
 
+/// An undecided trial is proved to fall, where it can be, with help of the velocities of a
+/// mechanism far from the limit, or, if they are none, of a motion that opens contacts, which they
+/// then are.
+void decide(Trial& trial, std::vector<Vector6>& strict);
+
 /// `tolerance`: how far apart the two may be, relative.
 Limit prove(VariedScene& scenes, double tolerance);
 

@@ -85,6 +85,8 @@ class Path {
     for (const auto& block : trial.problem.blocks) least = std::min(least, block.size);
     trial.problem = solver::equilibrium_problem(trial.scene, kAlmostClosed * least);
     trial.found = solver::find_equilibrium(trial.problem);
+    std::vector<Vector6> strict;
+    decide(trial, strict);
     if (trial.found.verdict == EquilibriumVerdict::Admissible) {
       trial.found.verdict = EquilibriumVerdict::Undecided;
     }

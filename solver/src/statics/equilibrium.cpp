@@ -21,6 +21,8 @@ constexpr double kTouching = 1e-6;  // of the smaller block
 constexpr int kMostIterations = 150;
 constexpr double kLeastPart = 1e-13;  // of a strict mechanism that is added to a tight one
 constexpr double kNears[] = {1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3};  // of compatible_motion()
+constexpr double kOneNormal =
+    0.7;  // cosine between normals that count as one: a hinge's, opened by 45 degrees
 constexpr double kFewOfLargest = 0.05;  // a factor this far below the largest one is solved again
 
 Matrix3 contact_frame(const Vector3& normal) {
@@ -398,49 +400,47 @@ struct ProblemScene {
   }
 };
 
-/// Normals of the faces of a block that pass through a contact, times `sign`, across its normal.
-std::vector<Eigen::Vector2d> faces_through(const ProblemScene& scene, const BodyContact& contact,
-                                           bool of_b, const JointPlane& plane) {
-  const int block = of_b ? contact.b : contact.a;
-  const BlockModel& model = scene.compiled.models[index(block)];
-  const Vector3 place = model.turn.transpose() * (of_b ? contact.arm_b : contact.arm_a);
-  const FeatureRange faces = faces_of(model, of_b ? contact.part_b : contact.part_a);
-  const Matrix3 turn = (of_b ? -1.0 : 1.0) * scene.poses[index(block)].rotation * model.turn;
-  std::vector<Eigen::Vector2d> across;
-  for (int f = faces.first; f < faces.end; ++f) {
-    const Vector3 normal = model.shape->face_normal(f);
-    const Vector3 vertex = model.shape->vertex(model.shape->topology().face(f)[0]);
-    if (std::abs(normal.dot(place - vertex)) > scene.touching(contact)) continue;
-    across.push_back(plane(turn * normal));
-    if (across.back().norm() < kStraight) across.pop_back();
-  }
-  return across;
-}
+/// One of the two convex bodies at a contact, seen from it.
+struct BodyAtContact {
+  const BlockModel& model;
+  int part = 0;
+  Matrix3 turn;   ///< from the shape's frame to the world
+  Vector3 place;  ///< of the contact, in the shape's frame
 
-/// Whether it is a sum of `sides` with weights of at least 0.
-bool is_between(const Eigen::Vector2d& way, const std::vector<Eigen::Vector2d>& sides) {
-  for (const Eigen::Vector2d& one : sides) {
-    if (std::abs(cross(way, one)) <= kStraight * one.norm() * way.norm() && way.dot(one) > 0.0) {
-      return true;
+  /// Farthest that it reaches beyond the contact along `way`, m.
+  double beyond(const Vector3& way) const {
+    const FeatureRange vertices = vertices_of(model, part);
+    double most = -kInfinite;
+    for (int v = vertices.first; v < vertices.end; ++v) {
+      most = std::max(most, way.dot(turn * (model.shape->vertex(v) - place)));
     }
-    for (const Eigen::Vector2d& other : sides) {
-      const double turn = cross(one, other);
-      if (turn > 0.0 && cross(one, way) >= 0.0 && cross(way, other) >= 0.0) return true;
-    }
+    return most;
   }
-  return false;
-}
+};
 
-/// Blocks that meet along an edge or at a corner alone have many normals: any small motion along
-/// one of them parts the two. There no force counts.
+/// Where blocks meet along an edge or at a corner alone, normals far apart may part them: a small
+/// motion along any one is free, so no force counts.
 bool has_own_normal(const ProblemScene& scene, const BodyContact& contact) {
-  const JointPlane plane(contact.state.point.normal);
-  const auto of_a = faces_through(scene, contact, false, plane);
-  const auto of_b = faces_through(scene, contact, true, plane);
-  const auto meets = [](const auto& sides) {
-    return [&sides](const Eigen::Vector2d& way) { return is_between(way, sides); };
+  const auto body = [&](int block, int part, const Vector3& arm) {
+    const BlockModel& model = scene.compiled.models[index(block)];
+    return BodyAtContact{model, part, scene.poses[index(block)].rotation * model.turn,
+                         model.turn.transpose() * arm};
   };
-  return std::ranges::none_of(of_a, meets(of_b)) && std::ranges::none_of(of_b, meets(of_a));
+  const BodyAtContact a = body(contact.a, contact.part_a, contact.arm_a);
+  const BodyAtContact b = body(contact.b, contact.part_b, contact.arm_b);
+  const double near = scene.touching(contact);
+  std::vector<Vector3> parting{contact.state.point.normal};
+  for (const auto& [own, sign] : {std::pair(&a, 1.0), {&b, -1.0}}) {
+    const FeatureRange faces = faces_of(own->model, own->part);
+    for (int f = faces.first; f < faces.end; ++f) {
+      const Vector3 way = sign * (own->turn * own->model.shape->face_normal(f));
+      if (a.beyond(way) <= near && b.beyond(-way) <= near) parting.push_back(way);
+    }
+  }
+  return std::ranges::all_of(parting, [&](const Vector3& one) {
+    return std::ranges::all_of(parting,
+                               [&](const Vector3& other) { return one.dot(other) > kOneNormal; });
+  });
 }
 
 /// The points of a joint with strength share its area.
