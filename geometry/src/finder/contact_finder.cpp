@@ -13,9 +13,6 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr int kBoxesPerWorker = 64;  // fewer are not worth waking a thread for
-constexpr int kFewLeave = 64;        // of so many boxes no more than one leaves its room as a rule
-
 FinderOptions checked(const FinderOptions& options) {
   require_length(options.reach, "finder: reach");
   require_length(options.tolerance, "finder: tolerance");
@@ -26,12 +23,6 @@ FinderOptions checked(const FinderOptions& options) {
   }
   return options;
 }
-
-/// What one worker writes down of boxes: those of the slots before `next`, but for some.
-struct BoxPart {
-  int next = 0, end = 0;
-  std::vector<int> left{};  // slots of boxes that leave their room
-};
 
 bool precedes(const BodyHit& x, const BodyHit& y) {
   return std::tie(x.hit.s, x.handle) < std::tie(y.hit.s, y.handle);
@@ -71,7 +62,6 @@ struct ContactFinder::Memory {
   std::vector<BlockPair> pairs;  // slots of the call at hand, where not all near pairs are tested
   std::vector<int> asked;        // slots of contacts_of() and of queries
   std::vector<BroadPhase::Entry> entries;
-  std::vector<BoxPart> box_parts;  // one a worker
   PairBatch batch;
 
   Compounds::const_iterator compound_with(int handle) const;
@@ -85,10 +75,7 @@ struct ContactFinder::Memory {
 
   Executor& executor() { return options.executor == nullptr ? pool : *options.executor; }
   double box_reach() const;
-  void look_ahead();
   void update_boxes();
-  void update_staying_boxes(BoxPart& part);
-  void update_many_boxes();
   void renew_boxes();
   template <class Search>
   const std::vector<BlockPair>& near_pairs(bool packed, const Search& search);
@@ -98,7 +85,6 @@ struct ContactFinder::Memory {
   bool has_changed(int slot) const {
     return store.changes()[static_cast<std::size_t>(slot)] != BodyChange::None;
   }
-  bool update_staying_box(int slot);
   void update_box(int slot);
   bool is_tested(const BlockPair& pair) const;
   bool is_asked(int slot, const QueryFilter& asks) const {
@@ -124,13 +110,6 @@ BoxUse ContactFinder::Memory::use(int slot) const {
   return store.motion(slot) == BodyMotion::Idle ? BoxUse::Idle : BoxUse::Moving;
 }
 
-/// False: more is to be done than to write it down.
-bool ContactFinder::Memory::update_staying_box(int slot) {
-  if (store.is_hole(slot)) return false;
-  return broad_phase.set_if_it_stays(slot, placed_box(store.shape(slot), store.placement(slot)),
-                                     use(slot), store.reach(slot));
-}
-
 void ContactFinder::Memory::update_box(int slot) {
   if (store.is_hole(slot)) {
     if (slot < broad_phase.size()) return broad_phase.remove(slot);
@@ -142,65 +121,21 @@ void ContactFinder::Memory::update_box(int slot) {
                   store.reach(slot));
 }
 
-/// Where many bodies leave the room that their boxes have, more boxes had better get new room.
-void ContactFinder::Memory::look_ahead() {
-  BroadPhase::Leaving leaving;
-  for (int slot = 0; slot < store.slots(); slot += BroadPhase::kSample) {
-    if (!has_changed(slot) || store.is_hole(slot)) continue;
-    broad_phase.look(slot, placed_box(store.shape(slot), store.placement(slot)), leaving);
-  }
-  broad_phase.renew(leaving, static_cast<std::size_t>(store.slots()));
-}
-
 /// Of the bodies that have changed since this was done last.
 void ContactFinder::Memory::update_boxes() {
   if (store.many_to_place()) {
-    update_many_boxes();
+    for (int slot = 0; slot < store.slots(); ++slot) {
+      if (has_changed(slot)) update_box(slot);
+    }
   } else {
     for (const int slot : store.to_place()) update_box(slot);
   }
   store.boxes_are_placed();
 }
 
-/// Of a worker's slots; where many leave their room, the others are left to be done later.
-void ContactFinder::Memory::update_staying_boxes(BoxPart& part) {
-  const int most = (part.end - part.next) / kFewLeave;
-  part.left.clear();
-  for (; part.next < part.end && static_cast<int>(part.left.size()) <= most; ++part.next) {
-    if (has_changed(part.next) && !update_staying_box(part.next)) part.left.push_back(part.next);
-  }
-}
-
-/// Those that stay in their room are written down by all workers, the others one by one.
-void ContactFinder::Memory::update_many_boxes() {
-  look_ahead();
-  const int known = std::min(broad_phase.size(), store.slots());
-  const int most = std::max(1, executor().workers());
-  const int workers = known >= most * kBoxesPerWorker ? most : 1;
-  box_parts.resize(std::max(box_parts.size(), static_cast<std::size_t>(workers)));
-  auto update_part = [&](int worker) {
-    BoxPart& part = box_parts[static_cast<std::size_t>(worker)];
-    part.next = static_cast<int>(std::int64_t{known} * worker / workers);
-    part.end = static_cast<int>(std::int64_t{known} * (worker + 1) / workers);
-    update_staying_boxes(part);
-  };
-  workers == 1 ? update_part(0) : executor().run_each(update_part);
-  const auto update_changed = [&](int first, int end) {
-    for (int slot = first; slot < end; ++slot) {
-      if (has_changed(slot)) update_box(slot);
-    }
-  };
-  for (int worker = 0; worker < workers; ++worker) {
-    const BoxPart& part = box_parts[static_cast<std::size_t>(worker)];
-    for (const int slot : part.left) update_box(slot);
-    update_changed(part.next, part.end);
-  }
-  update_changed(known, store.slots());
-}
-
 /// The row is packed: boxes have other numbers.
 void ContactFinder::Memory::renew_boxes() {
-  broad_phase.clear();
+  broad_phase = {};
   for (int slot = 0; slot < store.slots(); ++slot) update_box(slot);
   store.boxes_are_placed();
 }

@@ -14,8 +14,8 @@ bool tries_all_pairs(std::size_t boxes);
 enum class BoxUse : char { Moving, Idle };  ///< no pair of two idle boxes is ever a candidate
 
 /// Keeps a tree of boxes between calls. It stores boxes in single precision, rounded outward, as
-/// seen from the first one. Calls throw InputError once it was moved from,
-/// and for a reach that is negative or not finite.
+/// seen from the first one. Calls throw InputError once it was moved from, and for a reach that is
+/// negative or not finite.
 class BroadPhase {
  public:
   BroadPhase();
@@ -26,24 +26,8 @@ class BroadPhase {
   /// Box number `i` is new or has another place; i <= size(), the next one is appended. `reach`: of
   /// its own, m.
   void set(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
-  /// The same where that box is used as before and does not leave the room that it has in the tree;
-  /// else false, and nothing is done. Threads may set different boxes at the same time.
-  bool set_if_it_stays(int i, const Box& box, BoxUse use = BoxUse::Moving, double reach = 0.0);
   /// Box number `i` meets nothing until it is set again.
   void remove(int i);
-  void clear();  ///< no boxes
-
-  /// Of a sample, one box in kSample of those about to be set: how many leave the room that they
-  /// have in the tree, and how many do or will soon.
-  struct Leaving {
-    std::size_t now = 0, soon = 0;
-  };
-  static constexpr std::size_t kSample = 16, kBulk = 8;
-  void look(int i, const Box& box, Leaving& leaving) const;
-  /// Where more than a few of `all` boxes leave, those that will soon get new room with them, from
-  /// here to find_candidates(); where these are more than one in kBulk, all that are set do, and
-  /// the whole tree is refitted.
-  void renew(const Leaving& leaving, std::size_t all);
 
   int size() const;
 
@@ -70,14 +54,15 @@ class BroadPhase {
   void find_on_ray(const Vector3& origin, const Vector3& direction, double length, double reach,
                    std::vector<Entry>& found);
 
-  /// The same for all boxes, which all may have moved: exactly the pairs with boxes at most `reach`
-  /// (m) apart, pairs of two idle blocks left out. `idle` is empty or one flag a box.
+  /// The same of just these boxes, in the place of all others, and none that rounding makes a
+  /// candidate; `idle` is empty or one flag a box.
   const std::vector<BlockPair>& find_candidates(std::span<const Box> boxes, double reach,
                                                 std::span<const char> idle = {});
 
  private:
   struct Tree;
   Tree& tree() const;
+  void require_box(int i, int end) const;
   std::unique_ptr<Tree> tree_;
 };
 
