@@ -1,10 +1,7 @@
-#include <array>
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "bindings/c_values.hpp"
-#include "finder/distance_batch.hpp"
 #include "finder/pair_checks.hpp"
-#include "numeric/small_vector.hpp"
 
 namespace geometry = quoin::geometry;
 
@@ -56,14 +53,10 @@ void check(const quoin_candidates* given) {
   for (std::size_t k = 0; k < count; ++k) {
     geometry::check_pair(k, pair_of(*given, k), given->body_count);
   }
-  geometry::MetBodies met(count);
-  const auto check_body = [&](int i) {
-    if (!met.is_new(i)) return;
-    geometry::bindings::check(given->bodies + i, given->names == nullptr ? i : given->names[i]);
-  };
   for (std::size_t k = 0; k < count; ++k) {
-    check_body(pair_of(*given, k).a);
-    check_body(pair_of(*given, k).b);
+    for (const int i : {pair_of(*given, k).a, pair_of(*given, k).b}) {
+      geometry::bindings::check(given->bodies + i, given->names == nullptr ? i : given->names[i]);
+    }
   }
 }
 
@@ -100,63 +93,15 @@ void find(quoin_batch& batch, const quoin_candidates& given) {
   copy(batch.batch.pairs(), batch.pairs);
 }
 
-/// So many pairs are answered together, on the stack: 50 KB.
-class DistanceBlock {
- public:
-  static constexpr std::size_t kPairs = 128;
-
-  void add(const quoin_candidates& given, std::size_t pair, const quoin_hint* hint) {
-    const geometry::BlockPair names = pair_of(given, pair);
-    const geometry::BlockPair places{place_of(given, names.a), place_of(given, names.b)};
-    pairs_.push_back(places);
-    geometry::NearestFeatures& answer = answers_.add();
-    answer = {};
-    answer.hint = from_c(hint, body(places.a), body(places.b));
-  }
-  /// Answers the pairs added, and writes what they gave.
-  quoin_status answer(double tolerance, quoin_hint* hints, quoin_nearest* nearest) {
-    const std::span answers(answers_.begin(), answers_.size());
-    geometry::answer_pairs({bodies_.begin(), bodies_.size()}, {pairs_.begin(), pairs_.size()},
-                           answers, {.tolerance = tolerance});
-    quoin_status status = QUOIN_OK;
-    for (std::size_t k = 0; k < answers.size(); ++k) {
-      if (give(answers[k], hints + k, nearest + k) != QUOIN_OK) status = QUOIN_NOT_CONVERGED;
-    }
-    return status;
-  }
-
- private:
-  const geometry::Body& body(int place) const { return bodies_[static_cast<std::size_t>(place)]; }
-  /// A body of several pairs is made once, unless another one took its home between.
-  int place_of(const quoin_candidates& given, int i) {
-    auto& [index, place] = homes_[static_cast<std::size_t>(i) % homes_.size()];
-    if (index != i) {
-      index = i;
-      place = bodies_.count();
-      bodies_.push_back(body_in_row(given.bodies, i));
-    }
-    return place;
-  }
-
-  struct Home {
-    int index = -1, place = -1;
-  };
-  std::array<Home, 256> homes_{};
-  geometry::SmallVector<geometry::Body, 2 * kPairs> bodies_;
-  geometry::SmallVector<geometry::BlockPair, kPairs> pairs_;
-  geometry::SmallVector<geometry::NearestFeatures, kPairs> answers_;
-};
-
 quoin_status update_all(const quoin_candidates& given, double tolerance, quoin_hint* hints,
                         quoin_nearest* nearest) {
-  const auto count = static_cast<std::size_t>(given.pair_count);
   quoin_status status = QUOIN_OK;
-  for (std::size_t first = 0; first < count; first += DistanceBlock::kPairs) {
-    DistanceBlock block;
-    const std::size_t last = std::min(first + DistanceBlock::kPairs, count);
-    for (std::size_t k = first; k < last; ++k) block.add(given, k, hints + k);
-    const quoin_status found = block.answer(tolerance, hints + first, nearest + first);
-    if (found != QUOIN_OK) status = found;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(given.pair_count); ++k) {
+    const auto [i, j] = pair_of(given, k);
+    const geometry::Body a = body_in_row(given.bodies, i), b = body_in_row(given.bodies, j);
+    const geometry::NearestFeatures found =
+        nearest_features(a, b, {.tolerance = tolerance}, from_c(hints + k, a, b));
+    if (give(found, hints + k, nearest + k) != QUOIN_OK) status = QUOIN_NOT_CONVERGED;
   }
   return status;
 }

@@ -1,8 +1,8 @@
-#include "finder/distance_batch.hpp"
-
+#include <quoin/geometry/distance_batch.hpp>
 #include <string>
 
 #include "finder/pair_checks.hpp"
+#include "numeric/numbers.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -10,15 +10,6 @@ namespace {
 constexpr std::size_t kDistancesPerWorker = 256;  // fewer are not worth waking a thread for
 
 }  // namespace
-
-void answer_pairs(std::span<const Body> bodies, std::span<const BlockPair> pairs,
-                  std::span<NearestFeatures> answers, const SearchOptions& options) {
-  const auto body = [&](int i) -> const Body& { return bodies[static_cast<std::size_t>(i)]; };
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    NearestFeatures& answer = answers[i];
-    answer = nearest_features(body(pairs[i].a), body(pairs[i].b), options, answer.hint);
-  }
-}
 
 void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
                              std::span<NearestFeatures> answers, const SearchOptions& options,
@@ -36,9 +27,10 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
   auto update = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
     if (w >= workers) return;
-    const std::size_t first = pairs.size() * w / workers;
-    const std::size_t count = pairs.size() * (w + 1) / workers - first;
-    answer_pairs(bodies, pairs.subspan(first, count), answers.subspan(first, count), options);
+    for (std::size_t i = pairs.size() * w / workers; i < pairs.size() * (w + 1) / workers; ++i) {
+      answers[i] = nearest_features(bodies[at(pairs[i].a)], bodies[at(pairs[i].b)], options,
+                                    answers[i].hint);
+    }
   };
   workers > 1 ? executor->run_each(update) : update(0);
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -16,9 +15,6 @@ namespace quoin::geometry {
 namespace {
 
 constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
-/// Pairs come in the order of a, and bodies near each other have numbers not far apart as a rule:
-/// so many are kept made, 240 bytes each. A power of two.
-constexpr std::size_t kBodiesKept = 512;
 
 /// What a pair keeps from call to call, besides its hint.
 struct PairState {
@@ -32,42 +28,31 @@ constexpr BlockPair kLastNames{std::numeric_limits<int>::max(), std::numeric_lim
 
 Body body_in_row(const void* owner, int index) { return static_cast<const Body*>(owner)[index]; }
 
-/// Bodies lately asked for, so that one in many pairs is made once.
-class RecentBodies {
+/// The bodies of the pair at hand: pairs come in the order of a, which is made once.
+class PairBodies {
  public:
   void start(const BodySource& source) {
     source_ = &source;
     row_ = source.body == body_in_row ? static_cast<const Body*>(source.owner) : nullptr;
-    if (row_ != nullptr) return;
-    const std::size_t size = std::min(kBodiesKept, std::bit_ceil(at(std::max(source.count, 1))));
-    indices_.assign(size + 1, -1);
-    bodies_.resize(size + 1);
+    first_ = second_ = {};
   }
-  /// Until the next call of first().
-  const Body& first(int index) {
-    return row_ != nullptr ? row_[index] : in_place(home(index), index);
-  }
-  /// Until the next call of either; leaves the first one, `other`, as it is.
-  const Body& second(int index, int other) {
-    if (row_ != nullptr) return row_[index];
-    const std::size_t place = home(index);
-    return in_place(place == home(other) ? bodies_.size() - 1 : place, index);
-  }
+  const Body& first(int index) { return take(index, first_); }
+  const Body& second(int index) { return take(index, second_); }
 
  private:
-  std::size_t home(int index) const { return at(index) & (bodies_.size() - 2); }
-  const Body& in_place(std::size_t place, int index) {
-    if (indices_[place] != index) {
-      bodies_[place].emplace(source_->body(source_->owner, index));
-      indices_[place] = index;
-    }
-    return *bodies_[place];
+  struct Made {
+    int index = -1;
+    std::optional<Body> body{};
+  };
+  const Body& take(int index, Made& made) {
+    if (row_ != nullptr) return row_[index];
+    if (made.index != index) made = {index, source_->body(source_->owner, index)};
+    return *made.body;
   }
 
   const BodySource* source_ = nullptr;
-  const Body* row_ = nullptr;                  // null: they are made
-  std::vector<int> indices_{};                 // -1: none
-  std::vector<std::optional<Body>> bodies_{};  // the last one: for a home that is taken
+  const Body* row_ = nullptr;  // null: they are made
+  Made first_{}, second_{};
 };
 
 /// A pair in contact.
@@ -84,7 +69,7 @@ struct WorkerPart {
   std::vector<FoundPair> found{};
   PairTracking tracking{};
   std::vector<int> previous{};
-  RecentBodies bodies{};
+  PairBodies bodies{};
 
   void begin(const BodySource& source) {
     start = 0;
@@ -350,7 +335,7 @@ void PairBatch::Memory::match(std::size_t i, const Body& a, std::span<const Trac
                               std::span<ContactPoint> points, WorkerPart& part) {
   part.previous.resize(points.size());
   const double reach =
-      std::max(reach_of(pairs[i]), tolerance_of(a, part.bodies.second(pairs[i].b, pairs[i].a)));
+      std::max(reach_of(pairs[i]), tolerance_of(a, part.bodies.second(pairs[i].b)));
   part.tracking.match(std::span(part.tracked).last(points.size()), was, reach, part.previous);
   const int first = listed_of(states[i]).first;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -395,7 +380,7 @@ PairResult PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, Featu
                                           PairState& state) const {
   PairResult result;
   const Body& a = part.bodies.first(pairs[i].a);
-  const Body& b = part.bodies.second(pairs[i].b, pairs[i].a);
+  const Body& b = part.bodies.second(pairs[i].b);
   if (stay_apart(i, a, b, hint, state)) return result;
   const std::size_t first = part.points.size();
   const BlockPair names = named_now()[i];
