@@ -251,6 +251,29 @@ std::vector<Entry> memory_of(const WallOptions& options, const std::string& name
   return {entry};
 }
 
+/// Moves and lists of a finder that works alone on a moving wall, for callgrind.
+std::vector<Entry> count_find(const WallOptions& options, const std::string& name) {
+  constexpr int kCounted = 10;
+  const Wall wall(options);
+  const auto brick = shape_of(wall);
+  geometry::ContactFinder finder({.reach = kReach});
+  for (std::size_t i = 0; i < wall.size(); ++i) finder.add(brick, wall.placement(i, 0));
+  std::vector<geometry::ContactPoint> contacts;
+  std::size_t candidates = 0;
+  const auto step = [&](int number) {
+    for (std::size_t i = 0; i < wall.size(); ++i) {
+      finder.move(static_cast<int>(i), wall.placement(i, number));
+    }
+    return static_cast<std::size_t>(finder.find(contacts).candidates);
+  };
+  for (int k = 0; k < kSettle; ++k) step(k);
+  counted([&] {
+    for (int k = 0; k < kCounted; ++k) candidates += step(kSettle + k);
+  });
+  print_counted(name, "find", candidates);
+  return {};
+}
+
 std::string short_name(double value) {
   std::ostringstream text;
   text << value;
@@ -265,9 +288,10 @@ int main(int argc, char** argv) {
   std::vector<Contest> contests;
   const auto add = [&](const std::string& name, const WallOptions& options) {
     const auto run = [options, name](const Arguments& arguments) {
+      if (arguments.count == "find") return count_find(options, name);
       return WallRun(options, name).run(arguments.quick ? 5 : options.count >= 100000 ? 15 : 41);
     };
-    contests.push_back({name, "find", run, options.count > 10000});
+    contests.push_back({name, "find", run, options.count > 10000, true});
   };
   for (const int count : {1000, 10000, 100000}) {
     add("B/find-" + std::to_string(count), jointed(count, 0.0));

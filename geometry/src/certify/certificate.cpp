@@ -6,10 +6,6 @@
 
 namespace quoin::geometry {
 
-double default_tolerance(const Shape& a, const Shape& b) {
-  return default_tolerance(Solid(a), Solid(b));
-}
-
 double default_tolerance(const Body& a, const Body& b) {
   return default_tolerance(Solid(a, Vector3::Zero()), Solid(b, Vector3::Zero()));
 }

@@ -67,6 +67,9 @@ bool looks_away(const Solid& polyhedron, std::span<const int> faces, const Vecto
 void find_carriers(const Solid& polyhedron, const Vector3& outward, const VertexSet& band,
                    const VertexSet& nearest, SmallVector<Feature, 32>& carriers) {
   const Topology& topology = polyhedron.topology();
+  if (const int face = only_facing(polyhedron, band, outward); face >= 0) {
+    return carriers.push_back({FeatureKind::Face, face});
+  }
   const auto add = [&](const Feature& feature) {
     if (!carriers.contains(feature)) carriers.push_back(feature);
   };
@@ -278,7 +281,7 @@ struct Working {
 bool planar(const Solid& solid, const SmallVector<Feature, 32>& carriers, double rounding) {
   return std::all_of(carriers.begin(), carriers.end(), [&](const Feature& feature) {
     if (feature.kind != FeatureKind::Face) return solid.topology().all_are_corners();
-    return bumps(solid, feature.index).off_plane <= kFlatLabel * rounding;
+    return solid.shape().label_fit(feature.index).off_plane <= kFlatLabel * rounding;
   });
 }
 
@@ -750,7 +753,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
   if (!are_wide(ordered, *part, pair.tolerance)) return false;
-  const Bumps of_p = bumps(ordered.p, part->face_p), of_q = bumps(ordered.q, part->face_q);
+  const LabelFit &of_p = ordered.p.shape().label_fit(part->face_p),
+                 &of_q = ordered.q.shape().label_fit(part->face_q);
   if (std::max(of_p.outside, of_q.outside) > kFlatLabel * rounding) return false;
   const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlatLabel * rounding;
   if (!flat) {
@@ -890,38 +894,7 @@ void copy_polygon(const ContactPolygon& part, const PairPoints& pair, bool rever
 }
 
 void move(const PlacedPair& pair, PointFrame frame, std::span<ContactPoint> points) {
-  move(pair.a, pair.b, pair.middle, frame, points);
-}
-
-struct Solids {
-  const Solid &a, &b;
-};
-
-void append_points(const std::array<int, 2>& blocks, const Solids& solids,
-                   const NearestFeatures& nearest, const ContactOptions& options, PairPoints& pair,
-                   std::vector<ContactPoint>& contacts) {
-  if (!std::isfinite(nearest.gap)) return;
-  const auto& [a, b] = solids;
-  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
-  LateInit<ContactPolygon> part;
-  find_pair_points(ordered, nearest, options, part, pair);
-  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
-}
-
-void append_within_reach(const std::array<int, 2>& blocks, const Solids& solids,
-                         const ContactOptions& options, const FeatureHint& hint,
-                         NearestFeatures& nearest, std::vector<ContactPoint>& contacts) {
-  const auto& [a, b] = solids;
-  LateInit<ContactPolygon> part;
-  find_nearest_features(a, b, {.tolerance = options.tolerance}, hint, &part, nearest);
-  if (!std::isfinite(nearest.gap)) return;
-  if (nearest.gap > options.reach && nearest.status != PairStatus::Touching) return;
-  const OrderedPair ordered(a, b, in_reverse_order(a, b), nearest);
-  ContactOptions above_least = options;
-  above_least.reach = std::max(0.0, options.reach - nearest.gap);
-  PairPoints pair;
-  find_pair_points(ordered, nearest, above_least, part, pair);
-  append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points, contacts);
+  if (!pair.as_shapes) move(pair.a, pair.b, pair.middle, frame, points);
 }
 
 void update(const Solid& a, const Solid& b, const ContactOptions& options, PairContact& contact) {
@@ -973,73 +946,56 @@ void check_with_gap(const ContactOptions& options) {
 
 }  // namespace
 
-void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
-                           const NearestFeatures& nearest, const ContactOptions& options,
-                           std::vector<ContactPoint>& contacts) {
-  check(options);
-  PairPoints pair;
-  append_points(blocks, {a, b}, nearest, options, pair, contacts);
-}
-
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts) {
-  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
-    return append_contact_points(blocks, a.shape(), b.shape(), nearest, options, contacts);
-  }
   check(options);
+  if (!std::isfinite(nearest.gap)) return;
   const PlacedPair placed(a, b);
   const std::size_t first = contacts.size();
   NearestFeatures here = nearest;
-  move(here, -placed.middle);
+  move(placed, here, -1.0);
+  const OrderedPair ordered(placed.a, placed.b, in_reverse_order(placed.a, placed.b), here);
   PairPoints pair;
-  pair.from_world = true;
-  append_points(blocks, {placed.a, placed.b}, here, options, pair, contacts);
+  pair.from_world = !placed.as_shapes;
+  LateInit<ContactPolygon> part;
+  find_pair_points(ordered, here, options, part, pair);
+  append_corners(blocks, ordered.reversed, here, pair.type, pair.plane, *pair.points, contacts);
   move(placed, options.frame, std::span(contacts).subspan(first));
-}
-
-NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
-                                             const Shape& b, const ContactOptions& options,
-                                             const FeatureHint& hint,
-                                             std::vector<ContactPoint>& contacts) {
-  check_with_gap(options);
-  NearestFeatures nearest;
-  append_within_reach(blocks, {a, b}, options, hint, nearest, contacts);
-  return nearest;
 }
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
                                              std::vector<ContactPoint>& contacts) {
-  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
-    return append_contacts_within_reach(blocks, a.shape(), b.shape(), options, hint, contacts);
-  }
   check_with_gap(options);
-  const PlacedPair pair(a, b);
-  const std::size_t first = contacts.size();
+  const PlacedPair placed(a, b);
+  const auto& [as_shapes, middle, solid_a, solid_b] = placed;
   NearestFeatures nearest;
-  append_within_reach(blocks, {pair.a, pair.b}, options, hint, nearest, contacts);
-  move(pair, options.frame, std::span(contacts).subspan(first));
-  move(nearest, pair.middle);
+  LateInit<ContactPolygon> part;
+  find_nearest_features(solid_a, solid_b, {.tolerance = options.tolerance}, hint, &part, nearest);
+  if (std::isfinite(nearest.gap) &&
+      (nearest.gap <= options.reach || nearest.status == PairStatus::Touching)) {
+    const std::size_t first = contacts.size();
+    const OrderedPair ordered(solid_a, solid_b, in_reverse_order(solid_a, solid_b), nearest);
+    ContactOptions above_least = options;
+    above_least.reach = std::max(0.0, options.reach - nearest.gap);
+    PairPoints pair;
+    find_pair_points(ordered, nearest, above_least, part, pair);
+    append_corners(blocks, ordered.reversed, nearest, pair.type, pair.plane, *pair.points,
+                   contacts);
+    move(placed, options.frame, std::span(contacts).subspan(first));
+  }
+  move(placed, nearest);
   return nearest;
-}
-
-void update_pair_contact(const Shape& a, const Shape& b, const ContactOptions& options,
-                         PairContact& contact) {
-  check(options);
-  update(a, b, options, contact);
 }
 
 void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact) {
-  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
-    return update_pair_contact(a.shape(), b.shape(), options, contact);
-  }
   check(options);
   const PlacedPair pair(a, b);
   update(pair.a, pair.b, options, contact);
-  move(contact.nearest, pair.middle);
+  move(pair, contact.nearest);
   move(pair, options.frame, contact.points);
   for (Vector3& corner : contact.polygon) corner += pair.middle;
 }

@@ -26,11 +26,11 @@ ContactType contact_type(const Body& body_a, const Body& body_b, const SupportSe
   if (set_a.vertices.empty() || set_b.vertices.empty()) {
     throw InputError("contact type: a support set is empty");
   }
-  const auto [middle, a, b] = PlacedPair(body_a, body_b);
+  const PlacedPair pair(body_a, body_b);
   VertexSet vertices_a, vertices_b;
   for (const int v : set_a.vertices) vertices_a.push_back(v);
   for (const int v : set_b.vertices) vertices_b.push_back(v);
-  return type_of(a, b, vertices_a, vertices_b, set_a.kind, set_b.kind, tolerance);
+  return type_of(pair.a, pair.b, vertices_a, vertices_b, set_a.kind, set_b.kind, tolerance);
 }
 
 }  // namespace quoin::geometry

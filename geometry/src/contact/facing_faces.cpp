@@ -39,6 +39,17 @@ bool LooksAlong::operator()(int face) const {
   return along(solid_.face_normal(face), outward_) >= kFacingCosine;
 }
 
+int only_facing(const Solid& solid, const VertexSet& vertices, const Vector3& outward) {
+  const Topology& topology = solid.topology();
+  const LooksAlong looks(solid, outward);
+  const std::span<const int> around = topology.vertex_faces(vertices[0]);
+  const auto face = std::find_if(around.begin(), around.end(), looks);
+  if (face == around.end()) return -1;
+  const std::span<const int> set = topology.face_set(*face);
+  const bool has_all = std::includes(set.begin(), set.end(), vertices.begin(), vertices.end());
+  return has_all && !others_look(topology, *face, looks) ? *face : -1;
+}
+
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band) {
   const Vector3 &outward_p = part.plane.normal, outward_q = -outward_p;
   const auto alone = [band](const Solid& solid, int face, const Vector3& outward,

@@ -20,6 +20,10 @@ class LooksAlong {
   Vec3 local_;
 };
 
+/// The face that has all of some vertices (ascending) and looks along `outward`, if none around it
+/// does; else -1.
+int only_facing(const Solid& solid, const VertexSet& vertices, const Vector3& outward);
+
 /// Are two whole faces all there is within the band?
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band);
 

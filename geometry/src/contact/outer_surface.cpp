@@ -15,39 +15,7 @@ namespace {
 /// what is not known of a steep one's is along it, and never above it.
 constexpr double kSteep = 1e6;
 
-/// How far a point lies beyond the sides of a face, as seen along its normal.
-double beyond_sides(const Shape& shape, int face, const Vector3& point) {
-  const std::span<const int> cycle = shape.topology().face(face);
-  const Vector3 normal = shape.face_normal(face);
-  Vector3 from = shape.vertex(cycle.back());
-  double most = 0.0;
-  for (const int v : cycle) {
-    const Vector3 to = shape.vertex(v), side = to - from;
-    const double inside = normal.dot(side.cross(point - from));
-    if (inside < 0.0) most = std::max(most, -inside / side.norm());
-    from = to;
-  }
-  return most;
-}
-
 }  // namespace
-
-Bumps bumps(const Solid& solid, int face) {
-  const Shape& shape = solid.shape();
-  const Topology& topology = shape.topology();
-  const Vector3 normal = shape.face_normal(face), base = shape.vertex(topology.face(face)[0]);
-  Bumps most;
-  for (const int v : topology.face_set(face)) {
-    most.off_plane = std::max(most.off_plane, std::abs(normal.dot(shape.vertex(v) - base)));
-  }
-  if (!shape.is_convex(face)) most.outside = kInfinity;
-  if (topology.face_set(face).size() == topology.face(face).size()) return most;
-  for (const int v : topology.face_set(face)) {
-    if (topology.is_corner(v)) continue;
-    most.outside = std::max(most.outside, beyond_sides(shape, face, shape.vertex(v)));
-  }
-  return most;
-}
 
 OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double outward,
                            double depth, double rounding)

@@ -7,14 +7,6 @@
 
 namespace quoin::geometry {
 
-/// Labels know rounding, so the vertices that one holds may lie off it.
-struct Bumps {
-  double off_plane = 0.0;  ///< how far a vertex lies off the face's plane, m
-  double outside = 0.0;  ///< and, as seen along its normal, beyond its sides, m; infinite: the face
-                         ///< is not convex
-};
-Bumps bumps(const Solid& solid, int face);
-
 /// The hull's surface on the side that faces the other solid, where it is near its support plane.
 class OuterSurface {
  public:

@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "simd/sse2.hpp"
-
 namespace quoin::geometry {
 namespace {
 
@@ -16,8 +14,8 @@ namespace {
 constexpr std::chrono::microseconds kAwake{50};
 
 void pause() {
-#ifdef QUOIN_SSE2
-  _mm_pause();
+#ifdef __SSE2__
+  __builtin_ia32_pause();
 #else
   std::this_thread::yield();
 #endif

@@ -1,5 +1,9 @@
 #include "polygon/overlay.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 #include <array>
 #include <bit>
 #include <cmath>
@@ -8,7 +12,6 @@
 
 #include "numeric/floating_point.hpp"
 #include "polygon/cross2.hpp"
-#include "simd/sse2.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -98,10 +101,11 @@ using Two = double __attribute__((vector_size(16)));
 
 /// A bit for each number above its limit.
 unsigned above(const Two& numbers, const Two& limits) {
-#ifdef QUOIN_SSE2
+#ifdef __SSE2__
   return static_cast<unsigned>(_mm_movemask_pd(_mm_cmpgt_pd(numbers, limits)));
 #else
-  return (numbers[0] > limits[0] ? 1u : 0u) | (numbers[1] > limits[1] ? 2u : 0u);
+  const auto flags = numbers > limits;  // -1 or 0 each
+  return static_cast<unsigned>((flags[0] & 1) | (flags[1] & 2));
 #endif
 }
 

@@ -108,7 +108,7 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   patch.label = name_support_set(polyhedron, vertices, FeatureKind::Face, outward * plane.normal);
   patch.face = patch.label.index;
   const std::size_t corners = topology.face(patch.face).size();
-  if (corners == vertices.size() && polyhedron.shape().is_convex(patch.face) &&
+  if (corners == vertices.size() && polyhedron.shape().label_fit(patch.face).outside < kInfinity &&
       has_just(topology, patch.label, vertices)) {
     return lay_feature(polyhedron, patch.label, plane, outward, patch);
   }

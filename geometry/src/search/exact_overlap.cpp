@@ -15,37 +15,6 @@ WideVector difference(const Vec3& a, const Vec3& b) {
   return {two_difference(a.x, b.x), two_difference(a.y, b.y), two_difference(a.z, b.z)};
 }
 
-/// exact_corner of one pair, asked again and again: how far apart two bodies stand is worked out
-/// once, and where each of the first vertices lies when it is first asked for.
-class ExactCorners {
- public:
-  ExactCorners(const Solid& p, const Solid& q) : p_{p}, q_{q}, bodies_(p.body() && q.body()) {
-    if (bodies_) apart_ = wide_apart(*p.body(), *q.body());
-  }
-  WideVector at(int i, int j) {
-    if (!bodies_) return exact_corner(p_.solid, q_.solid, i, j);
-    return apart_ + (q_.offset(j) - p_.offset(i));
-  }
-
- private:
-  struct Offsets {
-    const Solid& solid;
-    std::uint32_t known = 0;
-    std::array<WideVector, 32> kept{};
-
-    WideVector offset(int v) {
-      if (v >= std::ssize(kept)) return solid.wide_offset(v);
-      const auto place = static_cast<std::size_t>(v);
-      if ((known >> place & 1u) == 0) kept[place] = solid.wide_offset(v);
-      known |= 1u << place;
-      return kept[place];
-    }
-  };
-  Offsets p_, q_;
-  bool bodies_;
-  WideVector apart_;
-};
-
 /// The plane of a facet beyond which the set of differences does not reach, within rounding.
 struct SupportPlane {
   Vec3 normal;         // unit, outward
@@ -133,7 +102,7 @@ class SupportPlanes {
 class Polytope {
  public:
   Polytope(const Solid& p, const Solid& q)
-      : p_(p), q_(q), exact_(p, q), rounding_(kEpsilon * std::max(p.diameter(), q.diameter())) {}
+      : p_(p), q_(q), rounding_(kEpsilon * std::max(p.diameter(), q.diameter())) {}
 
   LeastOverlap grow(const ActiveFeatures& start) {
     LeastOverlap result;
@@ -191,7 +160,7 @@ class Polytope {
   static Number number(Index i) { return static_cast<Number>(i); }
   Vec3 place(const Facet& facet, Index k) const { return corners_[facet.corners[k]].w; }
 
-  Corner corner_of(int i, int j) { return {exact_.at(i, j).rounded(), i, j}; }
+  Corner corner_of(int i, int j) { return {exact_corner(p_, q_, i, j).rounded(), i, j}; }
   Corner find_corner(const Vec3& direction) {
     return corner_of(support(p_, -direction).vertex, support(q_, direction).vertex);
   }
@@ -737,7 +706,6 @@ class Polytope {
 
   const Solid& p_;
   const Solid& q_;
-  ExactCorners exact_;
   double rounding_;          // m
   double best_ = kInfinity;  // an overlap that is enough, m
   Vec3 best_normal_{1.0, 0.0, 0.0};

@@ -103,24 +103,13 @@ void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& 
   find(a, b, options, hint, faces, answer);
 }
 
-NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options,
-                                 const FeatureHint& hint) {
-  require_length(options.tolerance, "tolerance");
-  NearestFeatures answer;
-  find(Solid(a), Solid(b), options, hint, nullptr, answer);
-  return answer;
-}
-
 NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options,
                                  const FeatureHint& hint) {
-  if (a.stands_in_own_frame() && b.stands_in_own_frame()) {
-    return nearest_features(a.shape(), b.shape(), options, hint);
-  }
   require_length(options.tolerance, "tolerance");
   const PlacedPair pair(a, b);
   NearestFeatures answer;
   find(pair.a, pair.b, options, hint, nullptr, answer);
-  move(answer, pair.middle);
+  move(pair, answer);
   return answer;
 }
 

@@ -15,10 +15,11 @@ void find_nearest_features(const Solid& a, const Solid& b, const SearchOptions& 
                            const FeatureHint& hint, LateInit<ContactPolygon>* faces,
                            NearestFeatures& answer);
 
-/// From the middle of the pair into the world, or back.
-inline void move(NearestFeatures& nearest, const Vector3& middle) {
-  nearest.point_a += middle;
-  nearest.point_b += middle;
+/// From the middle of the pair into the world, or back (`way` -1).
+inline void move(const PlacedPair& pair, NearestFeatures& nearest, double way = 1.0) {
+  if (pair.as_shapes) return;  // zeros keep their signs
+  nearest.point_a += way * pair.middle;
+  nearest.point_b += way * pair.middle;
 }
 
 }  // namespace quoin::geometry

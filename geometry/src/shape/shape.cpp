@@ -420,6 +420,20 @@ bool turns_left(const Points& vertices, std::span<const int> face, const Vector3
   return true;
 }
 
+/// How far a point lies beyond the sides of a face, as seen along its normal.
+double beyond_sides(const Points& vertices, std::span<const int> face, const Vector3& normal,
+                    const Vector3& point) {
+  Vector3 from = vertices.col(face.back());
+  double most = 0.0;
+  for (const int v : face) {
+    const Vector3 to = vertices.col(v), side = to - from;
+    const double inside = normal.dot(side.cross(point - from));
+    if (inside < 0.0) most = std::max(most, -inside / side.norm());
+    from = to;
+  }
+  return most;
+}
+
 }  // namespace
 
 Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Points>& vertices)
@@ -427,7 +441,7 @@ Shape::Shape(std::shared_ptr<const Topology> topology, const Eigen::Ref<const Po
       vertices_(3, vertices.cols()),
       padded_count_(static_cast<int>((vertices.cols() + 7) / 8 * 8)),
       face_normals_(3, topology_->face_count()),
-      face_is_convex_(static_cast<std::size_t>(topology_->face_count()), 1) {
+      label_fits_(static_cast<std::size_t>(topology_->face_count())) {
   offsets_.resize(3 * static_cast<std::size_t>(padded_count_));
   check_rounding_mode();
   set_vertices(vertices);
@@ -467,9 +481,17 @@ void Shape::set_vertices(const Eigen::Ref<const Points>& vertices) {
 void Shape::update_faces() {
   for (int f = 0; f < topology_->face_count(); ++f) {
     const std::span<const int> face = topology_->face(f);
-    face_normals_.col(f) = unit_normal(vertices_, face);
-    face_is_convex_[static_cast<std::size_t>(f)] =
-        face.size() == 3 || turns_left(vertices_, face, face_normals_.col(f), diameter_);
+    const Vector3 normal = unit_normal(vertices_, face);
+    face_normals_.col(f) = normal;
+    LabelFit fit;
+    if (face.size() > 3 && !turns_left(vertices_, face, normal, diameter_)) fit.outside = kInfinity;
+    for (const int v : topology_->face_set(f)) {
+      const Vector3 place = vertices_.col(v);
+      fit.off_plane = std::max(fit.off_plane, std::abs(normal.dot(place - vertices_.col(face[0]))));
+      if (topology_->is_corner(v)) continue;
+      fit.outside = std::max(fit.outside, beyond_sides(vertices_, face, normal, place));
+    }
+    label_fits_[static_cast<std::size_t>(f)] = fit;
   }
 }
 

@@ -121,19 +121,24 @@ inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
 /// From one centre to another, right to its own last place.
 inline Vector3 apart(const Body& a, const Body& b) { return wide_apart(a, b).rounded(); }
 
-/// Two bodies from the middle between their centres.
+/// Two bodies from the middle between their centres; those that both stand in their own frames as
+/// the shapes.
 struct PlacedPair {
-  Vector3 middle;  ///< in the world, m
+  bool as_shapes;
+  Vector3 middle;  ///< in the world, m; as shapes: zero
   Solid a, b;
 
   PlacedPair(const Body& body_a, const Body& body_b)
-      : PlacedPair(body_a, body_b, apart(body_a, body_b)) {}
+      : PlacedPair(body_a, body_b, body_a.stands_in_own_frame() && body_b.stands_in_own_frame(),
+                   apart(body_a, body_b)) {}
 
  private:
-  PlacedPair(const Body& body_a, const Body& body_b, const Vector3& between)
-      : middle(0.5 * body_a.centre() + 0.5 * body_b.centre()),
-        a(body_a, -0.5 * between),
-        b(body_b, 0.5 * between) {}
+  PlacedPair(const Body& body_a, const Body& body_b, bool own, const Vector3& between)
+      : as_shapes(own),
+        middle(own ? Vector3(Vector3::Zero())
+                   : Vector3(0.5 * body_a.centre() + 0.5 * body_b.centre())),
+        a(own ? Solid(body_a.shape()) : Solid(body_a, -0.5 * between)),
+        b(own ? Solid(body_b.shape()) : Solid(body_b, 0.5 * between)) {}
 };
 
 }  // namespace quoin::geometry

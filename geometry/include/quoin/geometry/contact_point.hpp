@@ -53,9 +53,6 @@ struct ContactOptions {
 /// update_pair_contact, to the bit, wherever the pair stands. Coincident points are merged. The
 /// areas are the contact polygon's area shared out so that equal pressure on the points has the
 /// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
-void append_contact_points(const std::array<int, 2>& blocks, const Shape& a, const Shape& b,
-                           const NearestFeatures& nearest, const ContactOptions& options,
-                           std::vector<ContactPoint>& contacts);
 void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
                            const NearestFeatures& nearest, const ContactOptions& options,
                            std::vector<ContactPoint>& contacts);
@@ -63,12 +60,6 @@ void append_contact_points(const std::array<int, 2>& blocks, const Body& a, cons
 /// Nearest features and contact points in one, for less than one after the other. Here
 /// `options.reach` is the gap itself up to which points are listed (and always those of touching
 /// and overlapping solids); when the least gap is larger there are none.
-NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Shape& a,
-                                             const Shape& b, const ContactOptions& options,
-                                             const FeatureHint& hint,
-                                             std::vector<ContactPoint>& contacts);
-
-/// The same of two bodies.
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
@@ -86,8 +77,6 @@ struct PairContact {
 };
 
 /// Fills `contact`, whose memory is reused.
-void update_pair_contact(const Shape& a, const Shape& b, const ContactOptions& options,
-                         PairContact& contact);
 void update_pair_contact(const Body& a, const Body& b, const ContactOptions& options,
                          PairContact& contact);
 

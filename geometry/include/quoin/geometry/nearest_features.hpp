@@ -53,23 +53,17 @@ std::string_view name(
     PairStatus status);                 ///< "separated", "touching", "overlapping", "not-converged"
 std::string_view name(PlaneRule rule);  ///< "unique", "shortest-line", …
 
-/// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m.
-double default_tolerance(const Shape& a, const Shape& b);
-
-/// The same of the shapes, with the diameter times what the placement stretches it by at most
-/// (Body::stretch()): what counts is a length of the pair, not where it stands.
+/// The larger of 1e-9 of the smaller diameter and 16 eps of the largest coordinate, m: of the
+/// shapes, with the diameter times what the placement stretches it by at most (Body::stretch()).
+/// What counts is a length of the pair, not where it stands.
 double default_tolerance(const Body& a, const Body& b);
 
-/// Nearest features of two convex solids. `hint` is where to start; it changes `iterations`, never
-/// the answer. Exact for the doubles given, within 1e-12 of the gap and 16 eps of the larger
-/// diameter: what double arithmetic cannot decide is decided in a wider one. Throws
-/// InputError for a tolerance that is negative or not finite, nothing else.
-/// Method, proof of termination and sources: geometry/README.md.
-NearestFeatures nearest_features(const Shape& a, const Shape& b, const SearchOptions& options = {},
-                                 const FeatureHint& hint = {});
-
-/// The same of two bodies; their places are in the world. A placement that is not finite:
-/// NotConverged, the gap is NaN.
+/// Nearest features of two convex solids, or shapes as they are. `hint` is where to start; it
+/// changes `iterations`, never the answer. Exact for the doubles given, within 1e-12 of the gap and
+/// 16 eps of the larger diameter: what double arithmetic cannot decide is decided in a wider one.
+/// Throws InputError for a tolerance that is negative or not finite, nothing else. A placement that
+/// is not finite: NotConverged, the gap is NaN. Method, proof of termination and sources:
+/// geometry/README.md.
 NearestFeatures nearest_features(const Body& a, const Body& b, const SearchOptions& options = {},
                                  const FeatureHint& hint = {});
 

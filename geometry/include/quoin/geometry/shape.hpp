@@ -130,6 +130,13 @@ class Topology {
   bool three_faces_at_vertices_ = true;
 };
 
+/// How far the vertices of a face label lie off it: labels know rounding.
+struct LabelFit {
+  double off_plane = 0.0;  ///< off the face's plane, m
+  double outside = 0.0;    ///< and, as seen along its normal, beyond its sides, m; infinite: its
+                           ///< corners are not those of a convex polygon, within rounding
+};
+
 /// Memory on 64-byte borders, so that wide loads never straddle cache lines.
 template <typename T>
 struct AlignedAllocator {
@@ -175,9 +182,7 @@ class alignas(64) Shape {
   /// Unit normal of a face label (area-weighted over its polygon), outward.
   Vector3 face_normal(int f) const { return face_normals_.col(f); }
   const Points& face_normals() const { return face_normals_; }
-  /// Are the corners of a face label those of a convex polygon, as seen along its normal and within
-  /// rounding? Labels know rounding: a corner may lie inside by the length to which they are known.
-  bool is_convex(int f) const { return face_is_convex_[static_cast<std::size_t>(f)] != 0; }
+  const LabelFit& label_fit(int f) const { return label_fits_[static_cast<std::size_t>(f)]; }
 
   /// What the search scans. Offsets of the vertices from `origin`, rows x, y, z of `padded_count`
   /// doubles (a multiple of 8; the padding repeats vertex 0), 64-byte aligned, m.
@@ -198,7 +203,7 @@ class alignas(64) Shape {
   double largest_coordinate_ = 0.0;
   Vector3 vertex_mean_ = Vector3::Zero();
   Points face_normals_;
-  std::vector<char> face_is_convex_;
+  std::vector<LabelFit> label_fits_;
   Box box_;
 };
 
