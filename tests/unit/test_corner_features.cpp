@@ -51,7 +51,7 @@ Shape placed(tests::Random& random, const Shape& solid, const Vector3& middle) {
 
 geometry::Lengths lengths(const Shape& a, const Shape& b) {
   geometry::Lengths length;
-  length.contact = geometry::default_tolerance(a, b);
+  length.contact = geometry::default_tolerance(geometry::Body(a), geometry::Body(b));
   length.rounding = 5 * kEpsilon * std::max(a.diameter(), b.diameter());
   const double coordinate = std::max(a.largest_coordinate(), b.largest_coordinate());
   length.place = std::max(length.rounding, 2 * kEpsilon * coordinate);
