@@ -211,7 +211,7 @@ TEST_CASE("what joints and bonds bear: a range of normal forces, and its limit o
           const Admissible forces{Shear::Disc, pulls, friction, cohesion};
           const Vector3 p = project_on(forces, z);
           REQUIRE(p[0] == (pulls ? z[0] : std::max(z[0], 0.0)));
-          const double limit = friction * std::max(p[0], 0.0) + cohesion;
+          const double limit = std::max(friction * p[0] + cohesion, 0.0);
           REQUIRE(std::abs(p.tail<2>().norm() - std::min(limit, z.tail<2>().norm())) <= 1e-15);
           REQUIRE((project_smoothly(forces, z, 1e-12).value - p).norm() <= 1e-11);
           REQUIRE(derivative_error(forces, z, 0.1) <= 1e-8);
