@@ -128,11 +128,15 @@ class SceneCommands(FolderTest):
         scene = self.boxes(0)
         scene["loads"] = [{"type": "point", "block": "b0", "point": [x, 0.5, 1], "force": [0, 0, -1]} for x in (1, 3)]
         scene["fixed_points"] = [{"block": "b0", "point": [0.5, 0.5, -1e-3]}, {"block": "b0", "point": [0.5, 0.5, 0.5]}]
+        later = {"type": "point", "block": "b0", "point": [0.5, 7, 1], "force": [1, 0, 0]}
+        scene["stages"] = [{"analysis": "dynamic", "end_time": scene.pop("end_time")},
+                           {"analysis": "dynamic", "duration": 0.1, "loads": [*scene["loads"], later]}]
         done = quoin("check", self.scene(scene), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads(done.stdout)["points_outside"],
                          [{"what": "load", "block": "b0", "point": [3, 0.5, 1]},
-                          {"what": "fixed point", "block": "b0", "point": [0.5, 0.5, -1e-3]}])
+                          {"what": "fixed point", "block": "b0", "point": [0.5, 0.5, -1e-3]},
+                          {"what": "load", "block": "b0", "point": [0.5, 7, 1]}])
         done = quoin("check", self.scene(scene))
         self.assertIn('outside its block "b0": load at (3, 0.5, 1) m', done.stdout)
         done = quoin("run", self.scene(scene))

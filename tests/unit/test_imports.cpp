@@ -74,15 +74,28 @@ block create brick 0 1 0 2 0,3 group 'base' ; x, y, z
 block create prism face-1 (0,0,0) (1,0,0) (0,1,0) &
    face-2 0 0 2  1 0 2  0 1 2 group "wedges"
 POLY prism a 0 0 0 1 0 0 0 1 0 b 0 0 1 1 0 1 0 1 1
-poly face 0 0 0 0 1 0 1 0 0 face 0 0 0 1 0 0 0 0 1 face 0 0 0 0 0 1 0 1 0
+poly face 0 0 0 0 1 0 1 0 0 face 0 0 0 1 0 0 0 0 1 face 0 0 0 0 0 1 0 1 0 face 1 0 0 0 1 0 0 0 1
+block create group "the cap" poly face 0.000,0.000,0.000 0.000,1.000,0.000 1.000,0.000,0.000 &
+  face 0.000,0.000,0.000 1.000,0.000,0.000 0.000,0.000,1.000 &
+  face 0.000,0.000,0.000 0.000,0.000,1.000 0.000,1.000,0.000 &
+  face 1.000,0.000,0.000 0.000,1.000,0.000 0.000,0.000,1.000 r=0
 block property density 2000
 )");
-  REQUIRE(blocks.size() == 4);
+  REQUIRE(blocks.size() == 5);
   CHECK(blocks[0].name == "base");
   CHECK(blocks[1].name == "wedges");
-  const double volumes[] = {6, 1, 0.5, 1.0 / 6};
-  for (std::size_t b = 0; b < 4; ++b)
+  CHECK(blocks[4].name == "the cap");
+  CHECK(blocks[3].rounding == 0);
+  CHECK(blocks[4].rounding == 0.5e-3);  // three decimals everywhere: what a program has rounded
+  const double volumes[] = {6, 1, 0.5, 1.0 / 6, 1.0 / 6};
+  for (std::size_t b = 0; b < 5; ++b)
     CHECK_THAT(volume_of(blocks[b]), WithinRel(volumes[b], 1e-13));
+  const MeshBlock angle = read_3dec(R"(block create polyhedron &
+face 0 0 0  0 2 0  1 2 0  1 1 0  2 1 0  2 0 0 face 0 0 1  2 0 1  2 1 1  1 1 1  1 2 1  0 2 1 &
+face 0 0 0  2 0 0  2 0 1  0 0 1 face 2 0 0  2 1 0  2 1 1  2 0 1 face 2 1 0  1 1 0  1 1 1  2 1 1 &
+face 1 1 0  1 2 0  1 2 1  1 1 1 face 1 2 0  0 2 0  0 2 1  1 2 1 face 0 2 0  0 0 0  0 0 1  0 2 1
+)")[0];
+  CHECK_THROWS_WITH(volume_of(angle), ContainsSubstring("is not convex"));  // import splits it
   CHECK_THROWS_WITH(read_3dec("\nblock create brick 0 1 0 x 0 1\n"),
                     ContainsSubstring("line 2: \"x\""));
   CHECK_THROWS_WITH(read_3dec("block cut joint-set dip 3\n"),

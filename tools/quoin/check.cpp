@@ -144,12 +144,12 @@ std::vector<int> without_support(const solver::Scene& scene, const std::vector<P
   return loose;
 }
 
-json points_outside(const solver::Scene& scene) {
+json outside_json(const SceneFile& file) {
   json outside = json::array();
-  for (const scene_file::PointOutside& found : scene_file::points_outside(scene)) {
+  for (const scene_file::PointOutside& found : scene_file::points_outside(file)) {
     const Vector3& point = found.point;
     outside.push_back({{"what", found.what},
-                       {"block", scene.blocks[static_cast<std::size_t>(found.block)].name},
+                       {"block", found.block},
                        {"point", {point.x(), point.y(), point.z()}}});
   }
   return outside;
@@ -315,7 +315,7 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
                  {"blocks", blocks_json(scene)},
                  {"contacts", contacts_json(scene, pairs)},
                  {"without_support", loose},
-                 {"points_outside", points_outside(scene)},
+                 {"points_outside", outside_json(file)},
                  {"notes", file.notes},
                  {"marks", marks_json(file)},
                  {"refused", !refused.is_null()}};

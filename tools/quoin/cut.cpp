@@ -75,6 +75,7 @@ int cut(const CutArguments& arguments) {
   scene_file::check_schema(nlohmann::json::parse(scene_file::scene_schema()), scene);
   if (!scene.contains("cut")) throw scene_file::SceneError("", "missing key \"cut\"");
   const CutBody body = scene_file::cut_body(scene["cut"], "/cut");
+  for (const std::string& line : body.notes) complain(line);
   if (std::filesystem::path(arguments.out).extension() == ".obj") {
     save_text(arguments.out, obj_text(body));
   } else if (!arguments.as_json || !arguments.out.empty()) {

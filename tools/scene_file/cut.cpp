@@ -117,6 +117,8 @@ class Cutter {
         // The planes of a set may lie farther apart than the body is wide; of discs some may miss.
         const bool meant = entry["type"] == "plane" || entry["type"] == "excavation";
         if (meant && !cuts_) throw geometry::InputError("cuts no block: it meets none");
+        if (!cuts_)
+          body_.notes.push_back(place + ": \"" + body_.joints.back() + "\" cuts no block");
       } catch (const geometry::InputError& error) {
         throw SceneError(place, error.what());
       } catch (const std::length_error& error) {
@@ -322,8 +324,11 @@ CutBody cut_body(const json& cut, const std::string& pointer) {
   return Cutter(cut, pointer).body();
 }
 
-void expand_cut(json& scene) {
-  if (scene.contains("cut")) expand_cut(scene, cut_body(scene["cut"], "/cut"));
+std::vector<std::string> expand_cut(json& scene) {
+  if (!scene.contains("cut")) return {};
+  CutBody body = cut_body(scene["cut"], "/cut");
+  expand_cut(scene, body);
+  return std::move(body.notes);
 }
 
 void expand_cut(json& scene, const CutBody& body) {

@@ -19,6 +19,7 @@ struct CutBody {
   std::vector<CutCell> cells{};
   std::vector<std::string> joints{};  ///< names of the joint sets, planes, discs and excavations
   double volume = 0.0;                ///< m3, of the body before it was cut
+  std::vector<std::string> notes{};   ///< joint sets and discs that cut no block
 };
 
 /// Cuts the body of `cut` (an object as scene.schema.json has it) by its `cuts`, in order.
@@ -33,7 +34,7 @@ CutBody cut_body(const nlohmann::json& cut, const std::string& pointer);
 /// cell, named NAME0, NAME1, … or REGION:NAME0 in an excavation.
 void expand_cut(nlohmann::json& scene, const CutBody& body);
 
-/// The same, where a scene has /cut. Throws SceneError.
-void expand_cut(nlohmann::json& scene);
+/// The same, where a scene has /cut: its CutBody::notes. Throws SceneError.
+std::vector<std::string> expand_cut(nlohmann::json& scene);
 
 }  // namespace quoin::scene_file

@@ -30,23 +30,32 @@ double distance_outside(const solver::Block& block, const Vector3& point) {
   return distance;
 }
 
-std::vector<PointOutside> points_outside(const solver::Scene& scene) {
+std::vector<PointOutside> points_outside(const SceneFile& file) {
   constexpr double kTouching = 1e-6;
   std::vector<PointOutside> outside;
-  const auto look = [&](const char* what, int b, const Vector3& point) {
-    const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
-    const geometry::Box box = block.body().box();
-    const double distance = distance_outside(block, point);
-    if (distance <= kTouching * (box.max - box.min).norm()) return;
-    outside.push_back({what, b, point, distance});
+  const auto append = [&](const solver::Scene& scene) {
+    const auto look = [&](std::string_view what, int b, const Vector3& point) {
+      const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
+      const geometry::Box box = block.body().box();
+      const double distance = distance_outside(block, point);
+      if (distance <= kTouching * (box.max - box.min).norm()) return;
+      const bool known = std::ranges::any_of(outside, [&](const PointOutside& other) {
+        return other.what == what && other.block == block.name && other.point == point;
+      });
+      if (!known) outside.push_back({what, block.name, point, distance});
+    };
+    for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
+    for (const solver::FixedPoint& point : scene.fixed_points) {
+      look("fixed point", point.block, point.point);
+    }
+    for (const solver::Tie& tie : scene.ties) {
+      if (tie.a >= 0) look("tie", tie.a, tie.point_a);
+      if (tie.b >= 0) look("tie", tie.b, tie.point_b);
+    }
   };
-  for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
-  for (const solver::FixedPoint& point : scene.fixed_points) {
-    look("fixed point", point.block, point.point);
-  }
-  for (const solver::Tie& tie : scene.ties) {
-    if (tie.a >= 0) look("tie", tie.a, tie.point_a);
-    if (tie.b >= 0) look("tie", tie.b, tie.point_b);
+  append(file.scene);
+  for (const Stage& stage : file.stages) {
+    if (stage.scene) append(*stage.scene);
   }
   return outside;
 }
@@ -54,19 +63,12 @@ std::vector<PointOutside> points_outside(const solver::Scene& scene) {
 std::vector<std::string> points_outside_lines(const SceneFile& file) {
   constexpr std::size_t kMost = 10;
   std::vector<std::string> lines;
-  const auto append = [&](const solver::Scene& scene) {
-    for (const PointOutside& point : points_outside(scene)) {
-      std::ostringstream line;
-      line << "block \"" << scene.blocks[static_cast<std::size_t>(point.block)].name
-           << "\": " << point.what << " at (" << point.point.x() << ", " << point.point.y() << ", "
-           << point.point.z() << ") m is " << point.distance
-           << " m or more outside it, and moves along as the end of a lever";
-      if (std::ranges::find(lines, line.str()) == lines.end()) lines.push_back(line.str());
-    }
-  };
-  append(file.scene);
-  for (const Stage& stage : file.stages) {
-    if (stage.scene) append(*stage.scene);
+  for (const PointOutside& point : points_outside(file)) {
+    std::ostringstream line;
+    line << "block \"" << point.block << "\": " << point.what << " at (" << point.point.x() << ", "
+         << point.point.y() << ", " << point.point.z() << ") m is " << point.distance
+         << " m or more outside it, and moves along as the end of a lever";
+    lines.push_back(line.str());
   }
   if (lines.size() > kMost) {
     const std::size_t more = lines.size() - kMost;

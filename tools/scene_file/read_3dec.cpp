@@ -1,7 +1,10 @@
 /// Data files of 3DEC: blocks that are created one by one, as of versions 5 (poly …) and 7 (block
 /// create …).
 
+#include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <set>
 
 #include "scene_file/mesh_surface.hpp"
 
@@ -49,36 +52,77 @@ class ThreeDecReader {
            lines_.words()[i].find_first_not_of("+-.0123456789eE") == std::string_view::npos;
   }
 
-  /// The numbers from word `i` on, which then stands behind them.
-  std::vector<Place> places(std::size_t& i) {
-    std::vector<Place> places;
-    for (; is_number(i); i += 3) places.push_back(lines_.place(i));
-    return places;
+  bool is_any(std::size_t i, std::initializer_list<std::string_view> keywords) const {
+    return std::ranges::any_of(keywords, [&](std::string_view keyword) { return is(i, keyword); });
+  }
+
+  /// The place at word `i`. Programs write all coordinates with as many decimals: these are
+  /// rounded.
+  Place place(std::size_t i) {
+    for (std::size_t x = i; x < std::min(i + 3, count()); ++x) {
+      const std::size_t point = std::min(lines_.words()[x].find('.'), lines_.words()[x].size() - 1);
+      decimals_.insert(lines_.words()[x].size() - 1 - point);
+    }
+    return lines_.place(i);
+  }
+
+  double rounding() const {
+    constexpr std::size_t kFewest = 3;
+    const bool same = decimals_.size() == 1 && *decimals_.begin() >= kFewest;
+    return same ? 0.5 * std::pow(10.0, -static_cast<double>(*decimals_.begin())) : 0.0;
   }
 
   void read_block(std::size_t i) {
-    const std::string id = "block" + std::to_string(blocks_.size());
-    const std::string keyword = i < count() ? text(i) : "";
+    MeshBlock block{.id = "block" + std::to_string(blocks_.size())};
     std::vector<Place> points;
-    if (is(i, "brick")) {
-      points = brick(++i);
-    } else if (is(i, "prism") || is(i, "tetrahedron") || is(i, "polyhedron") || is(i, "face")) {
-      if (!is(i, "face")) ++i;
-      while (i < count() && !is(i, "group")) {
-        if (!is_number(i)) ++i;  // a, b, face-1, face-2, face: their points follow
-        const std::vector<Place> more = places(i);
-        if (more.empty()) break;
-        points.insert(points.end(), more.begin(), more.end());
+    std::vector<std::vector<int>> faces;  // of a polyhedron; it need not be convex
+    decimals_.clear();
+    bool has_shape = false;
+    while (i < count()) {
+      if (is(i, "group") && i + 1 < count()) {
+        block.name = name(++i);
+      } else if (is(i, "brick")) {
+        points = brick(++i);
+      } else if (is_any(i, {"prism", "tetrahedron", "polyhedron", "poly", "face", "a", "b",
+                            "face-1", "face-2"})) {
+        if (is(i, "face")) faces.emplace_back();
+        has_shape = true;
+        ++i;
+      } else if (has_shape && is_number(i)) {
+        if (!faces.empty()) faces.back().push_back(static_cast<int>(points.size()));
+        points.push_back(place(i));
+        i += 3;
+      } else if (is_any(i, {"region", "reg", "material", "mat", "constitutive", "cons", "slot"})) {
+        i += 2;
+      } else if (!points.empty() || text(i).find('=') != std::string::npos) {
+        ++i;
+      } else {
+        break;
       }
-    } else {
-      lines_.fail("can't create a block by " + in_quotes(keyword) +
+    }
+    if (!has_shape && points.empty()) {
+      lines_.fail("can't create a block by " + in_quotes(i < count() ? text(i) : "") +
                   ": brick, prism, tetrahedron or polyhedron expected");
     }
     if (points.size() < 4) lines_.fail("a block has at least 4 corners");
-    blocks_.push_back(hull_mesh(id, points));
-    for (; i + 1 < count(); ++i) {
-      if (is(i, "group")) blocks_.back().name = unquoted(lines_.words()[i + 1]);
+    MeshBlock mesh = faces.empty() ? hull_mesh(block.id, points) : block;
+    if (!faces.empty()) {
+      mesh.vertices = Eigen::Map<const geometry::Points>(points[0].data(), 3, std::ssize(points));
+      mesh.faces = std::move(faces);
+      keep_used_vertices(mesh);
     }
+    mesh.name = block.name;
+    mesh.rounding = rounding();
+    blocks_.push_back(std::move(mesh));
+  }
+
+  /// A name at word `i`, which then stands behind it; in quotes it may have blanks.
+  std::string name(std::size_t& i) {
+    const char quote = lines_.words()[i].front();
+    std::string name = text(i++);
+    if (quote != '"' && quote != '\'') return name;
+    while ((name.size() < 2 || name.back() != quote) && i < count()) name += " " + text(i++);
+    return name.substr(1, name.size() - 2);
   }
 
   /// Of its limits: least and largest x, then y, then z.
@@ -93,13 +137,8 @@ class ThreeDecReader {
     return corners;
   }
 
-  static std::string unquoted(std::string_view word) {
-    const std::size_t first = word.find_first_not_of("'\"");
-    if (first == std::string_view::npos) return {};
-    return std::string(word.substr(first, word.find_last_not_of("'\"") + 1 - first));
-  }
-
   Lines lines_;
+  std::set<std::size_t> decimals_;  ///< that coordinates of this block have
   std::vector<MeshBlock> blocks_;
 };
 

@@ -1525,9 +1525,11 @@ SceneFile read_document(json document, const std::string& folder,
                         const std::vector<std::string>& changes) {
   const Parameters parameters = expand(document, changes);
   check_schema(json::parse(scene_schema()), document);
-  expand_cut(document);
+  const std::vector<std::string> notes = expand_cut(document);
   if (!document.contains("blocks")) throw SceneError("", "missing key \"blocks\"");
-  return Reader(document, folder, parameters).read();
+  SceneFile file = Reader(document, folder, parameters).read();
+  file.notes.insert(file.notes.begin(), notes.begin(), notes.end());
+  return file;
 }
 
 }  // namespace

@@ -69,12 +69,12 @@ std::vector<std::string> words_of(const std::string& key) {
 
 /// How many words of `key` are in `known`: the same, or one begins with the other, and no unit.
 std::size_t common_words(const std::string& key, const std::string& known) {
-  constexpr std::size_t kShortest = 4;  // deg, m, in
+  constexpr std::size_t kShortest = 3;  // m, in
   const std::vector<std::string> words = words_of(known);
   std::size_t common = 0;
   for (const std::string& word : words_of(key)) {
     common += std::any_of(words.begin(), words.end(), [&](const std::string& other) {
-      return std::min(word.size(), other.size()) >= kShortest &&
+      return word != "deg" && std::min(word.size(), other.size()) >= kShortest &&
              (word.starts_with(other) || other.starts_with(word));
     });
   }
