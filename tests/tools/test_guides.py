@@ -80,7 +80,7 @@ class Guides(unittest.TestCase):
         folder = self.follow("rock_slope")
         dry, wet = (json.loads((folder / name / "limit.json").read_text(encoding="utf-8")) for name in ("dry", "wet"))
         self.assertAlmostEqual(dry["stands"]["value"], math.tan(math.radians(40)) / math.tan(math.radians(35)), delta=2e-4)
-        self.assertAlmostEqual(wet["falls"]["value"], 1.043, delta=1e-3)
+        self.assertAlmostEqual(wet["falls"]["value"], 0.943, delta=1e-3)
         stages = self.summary(folder, "rock_slope")["stages"]
         self.assertEqual([stage.get("verdict") for stage in stages], ["rest", "rest", "mechanism", None])
         self.assertGreater(len(stages[2]["loose"]), 2)
@@ -100,7 +100,7 @@ class Guides(unittest.TestCase):
 
     def test_bridge(self):
         folder = self.follow("bridge")
-        self.assertRegex(self.said, r"least thrust: not at 76[78]")
+        self.assertRegex(self.said, r"least thrust: not at 784")
         alone, tied = (self.summary(folder, name) for name in ("alone", "tied"))
         self.assertEqual(alone["flags"] + tied["flags"], [])
         for summary, stated in ((alone, 83), (tied, 36)):
