@@ -5,6 +5,7 @@
 #include <limits>
 #include <quoin/geometry/mass_properties.hpp>
 #include <tuple>
+#include <utility>
 
 namespace quoin::limit_analysis {
 namespace {
@@ -67,47 +68,48 @@ void find_strength(const EquilibriumProblem& problem, double tolerance, SingleBl
   }
 }
 
-}  // namespace
+/// A problem and which of its contacts each block has.
+struct ProblemOfBlocks {
+  EquilibriumProblem problem;
+  std::vector<std::vector<int>> contacts;
 
-namespace {
-
-using ContactsOfBlock = std::vector<std::vector<int>>;
-
-ContactsOfBlock contacts_of_blocks(const EquilibriumProblem& problem) {
-  ContactsOfBlock contacts(problem.blocks.size());
-  for (int i = 0; i < static_cast<int>(problem.contacts.size()); ++i) {
-    const auto& contact = problem.contacts[static_cast<std::size_t>(i)];
-    if (contact.a >= 0) contacts[static_cast<std::size_t>(contact.a)].push_back(i);
-    contacts[static_cast<std::size_t>(contact.b)].push_back(i);
+  explicit ProblemOfBlocks(EquilibriumProblem given)
+      : problem(std::move(given)), contacts(problem.blocks.size()) {
+    for (int i = 0; i < static_cast<int>(problem.contacts.size()); ++i) {
+      const auto& contact = problem.contacts[static_cast<std::size_t>(i)];
+      if (contact.a >= 0) contacts[static_cast<std::size_t>(contact.a)].push_back(i);
+      contacts[static_cast<std::size_t>(contact.b)].push_back(i);
+    }
   }
-  return contacts;
-}
+  EquilibriumProblem of(int block) const {
+    return alone(problem, block, contacts[static_cast<std::size_t>(block)]);
+  }
+};
 
 }  // namespace
 
 std::vector<SingleBlock> single_blocks(const Scene& scene, double tolerance) {
-  const EquilibriumProblem problem = problem_of(scene, Joints::Yield);
-  const ContactsOfBlock contacts = contacts_of_blocks(problem);
-  std::vector<EquilibriumProblem> brittle;
+  const ProblemOfBlocks all(problem_of(scene, Joints::Yield));
+  std::vector<ProblemOfBlocks> brittle;
   if (has_tension(scene)) {
-    brittle = {problem_of(scene, Joints::Whole), problem_of(scene, Joints::Broken)};
+    for (const Joints joints : {Joints::Whole, Joints::Broken}) {
+      brittle.emplace_back(problem_of(scene, joints));
+    }
   }
   std::vector<SingleBlock> result;
-  for (std::size_t b = 0; b < problem.blocks.size(); ++b) {
-    if (!problem.blocks[b].moves) continue;
+  for (std::size_t b = 0; b < all.problem.blocks.size(); ++b) {
+    if (!all.problem.blocks[b].moves) continue;
     const int block = static_cast<int>(b);
     SingleBlock single{block, geometry::mass_properties(scene.blocks[b].body()).volume};
-    const EquilibriumProblem own = alone(problem, block, contacts[b]);
+    const EquilibriumProblem own = all.of(block);
     const EquilibriumProblem smooth = weakened(own, kNone);
     single.key = verdict(smooth) == EquilibriumVerdict::Mechanism;
     single.removable = single.key || opens(smooth);
     if (single.key) find_strength(own, tolerance, single);
     if (single.key && !brittle.empty()) single.stands.reset();
-    for (const EquilibriumProblem& other : brittle) {
+    for (const ProblemOfBlocks& other : brittle) {
       SingleBlock found;
-      if (single.key) {
-        find_strength(alone(other, block, contacts_of_blocks(other)[b]), tolerance, found);
-      }
+      if (single.key) find_strength(other.of(block), tolerance, found);
       single.stands = std::max(single.stands, found.stands);
     }
     result.push_back(single);
