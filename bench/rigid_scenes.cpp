@@ -8,17 +8,6 @@
 #include <stdexcept>
 
 namespace quoin::bench {
-namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-double friction_of(double angle_deg) { return std::tan(angle_deg * kDegree); }
-
-Eigen::Quaterniond about(const Vector3d& axis, double angle_deg) {
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle_deg * kDegree, axis));
-}
-
-}  // namespace
 
 RigidBody box(const Vector3d& min, const Vector3d& max, double density) {
   RigidBody body;
@@ -45,74 +34,9 @@ RigidBody hull(const Eigen::Matrix3Xd& vertices, double density) {
   return body;
 }
 
-void turn(RigidScene& scene, const Eigen::Quaterniond& rotation) {
-  for (RigidBody& body : scene.bodies) {
-    body.place = rotation * body.place;
-    body.turn = rotation * body.turn;
-    body.force = rotation * body.force;
-  }
-}
-
-RigidScene sliding_block(double friction_angle_deg, double dip_direction_deg) {
-  RigidScene scene;
-  scene.friction = friction_of(friction_angle_deg);
-  scene.bodies.push_back(box({-5, -5, -1}, {60, 5, 0}, 0.0));
-  scene.bodies.push_back(box({-0.5, -0.5, 0}, {0.5, 0.5, 1}, 2600));
-  turn(scene, about(Vector3d::UnitZ(), dip_direction_deg) * about(Vector3d::UnitY(), 20.0));
-  return scene;
-}
-
-RigidScene pushed_block() {
-  RigidScene scene;
-  scene.bodies.push_back(box({0, 0, -2.5}, {5, 3.5, 0}, 0.0));
-  scene.bodies.push_back(box({0.5, 2, 0}, {1.5, 3, 1}, 2000));
-  scene.bodies.back().force = {500, -250, 0};
-  return scene;
-}
-
-RigidScene tower(int count) {
-  RigidScene scene;
-  scene.friction = friction_of(35.0);
-  scene.bodies.push_back(box({-5, -5, -1}, {5, 5, 0}, 0.0));
-  for (int i = 0; i < count; ++i) {
-    scene.bodies.push_back(box({-0.5, -0.5, 1.0 * i}, {0.5, 0.5, i + 1.0}, 2600));
-  }
-  return scene;
-}
-
-RigidScene dominoes() {
-  RigidScene scene;
-  scene.friction = friction_of(10.0);
-  scene.bodies.push_back(box({-5, -5, -1}, {10, 5, 0}, 0.0));
-  for (int i = 0; i < 4; ++i) {
-    scene.bodies.push_back(box({0.6 * i, 0, 0}, {0.6 * i + 0.3, 1, 1.5}, 2700));
-  }
-  // The first one about its lower edge at x = 0.3, past its balance at atan(0.3 / 1.5) = 11.31
-  // degrees; at 11.54 degrees it would touch the second.
-  RigidBody& first = scene.bodies[1];
-  const Eigen::Quaterniond tilt = about(Vector3d::UnitY(), 11.4);
-  const Vector3d edge(0.3, 0, 0);
-  first.place = edge + tilt * (first.place - edge);
-  first.turn = tilt;
-  return scene;
-}
-
-RigidScene rocking_block() {
-  RigidScene scene;
-  scene.friction = friction_of(60.0);
-  scene.bodies.push_back(box({-5, -5, -1}, {5, 5, 0}, 0.0));
-  RigidBody block = box({-0.2, -0.2, 0}, {0.2, 0.2, 1.6}, 2600);
-  const Eigen::Quaterniond tilt = about(Vector3d::UnitY(), 7.0);
-  const Vector3d edge(0.2, 0, 0);
-  block.place = edge + tilt * (block.place - edge);
-  block.turn = tilt;
-  scene.bodies.push_back(block);
-  return scene;
-}
-
 RigidScene wall(int columns, int rows) {
   RigidScene scene;
-  scene.friction = friction_of(35.0);
+  scene.friction = std::tan(35.0 * std::numbers::pi / 180.0);
   constexpr double length = 0.4, height = 0.2;
   scene.bodies.push_back(box({-2, -2, -1}, {length * columns + 2, 2, 0}, 0.0));
   for (int row = 0; row < rows; ++row) {
@@ -124,26 +48,6 @@ RigidScene wall(int columns, int rows) {
       scene.bodies.push_back(box({from, 0, height * row}, {to, 0.2, height * (row + 1)}, 2000));
     }
   }
-  return scene;
-}
-
-RigidScene arch(int count, double thickness_ratio) {
-  RigidScene scene;
-  scene.friction = friction_of(40.0);
-  constexpr double radius = 10.0;
-  const double half = 0.5 * thickness_ratio * radius;
-  for (int i = 0; i < count; ++i) {
-    Eigen::Matrix3Xd vertices(3, 8);
-    for (int corner = 0; corner < 8; ++corner) {
-      const double angle = std::numbers::pi * (i + (corner & 1)) / count;
-      const double r = radius + ((corner & 2) != 0 ? half : -half);
-      vertices.col(corner) =
-          Vector3d(r * std::cos(angle), (corner & 4) != 0 ? 0.5 : -0.5, r * std::sin(angle));
-    }
-    scene.bodies.push_back(hull(vertices, 2500));
-  }
-  scene.bodies.push_back(box({-12, -2, -1}, {-8, 2, 0}, 0.0));
-  scene.bodies.push_back(box({8, -2, -1}, {12, 2, 0}, 0.0));
   return scene;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-/// The solver scenes S1–S8 as plain data that every code can read: rigid convex bodies on a fixed
-/// one.
+/// Scenes as plain data that every code can read: rigid convex bodies on a fixed one.
 
 #include <Eigen/Geometry>
 #include <functional>
@@ -37,18 +36,8 @@ struct RigidScene {
 
 RigidBody box(const Vector3d& min, const Vector3d& max, double density);
 RigidBody hull(const Eigen::Matrix3Xd& vertices, double density);
-/// The whole scene turned about the origin (gravity is not).
-void turn(RigidScene& scene, const Eigen::Quaterniond& rotation);
-
-RigidScene sliding_block(double friction_angle_deg, double dip_direction_deg);  ///< S1, S3
-RigidScene pushed_block();                                                      ///< S2
-RigidScene tower(int count);                                                    ///< S4
-RigidScene dominoes();                                                          ///< S5
-RigidScene rocking_block();                                                     ///< S6
-/// S7: rows of `columns` whole bricks and rows of columns - 1 whole and two half ones take turns.
+/// Rows of `columns` whole bricks and rows of columns - 1 whole and two half ones take turns.
 RigidScene wall(int columns, int rows);
-/// S8: voussoirs between radial joints (the vertices stand at radius 10 m -+ half the thickness).
-RigidScene arch(int count, double thickness_ratio);
 
 /// Position and velocity of a body, world frame.
 struct BodyMotion {
@@ -83,8 +72,7 @@ class World {
   virtual BodyMotion motion(int body) const = 0;
   virtual std::vector<PairForce> forces() const = 0;
   virtual double work() const = 0;                   ///< of moved bodies on the others so far, J
-  virtual long solves() const { return 0; }          ///< linear solves so far, where it counts them
-  virtual long factorizations() const { return 0; }  ///< so far
+  virtual long factorizations() const { return 0; }  ///< so far, where it counts them
 };
 
 /// A contestant: a code with its settings.

@@ -62,12 +62,10 @@ class QuoinWorld final : public World {
   void watch(std::function<bool()> goes_on) override { goes_on_ = std::move(goes_on); }
   bool step(double) override {
     const solver::StepReport report = simulation_.advance();
-    solves_ += report.linear_solves;
     factorizations_ += report.factorizations;
     return report.status == solver::StepStatus::Converged;
   }
   double work() const override { return simulation_.state().energy.work; }
-  long solves() const override { return solves_; }
   long factorizations() const override { return factorizations_; }
   BodyMotion motion(int body) const override {
     const auto b = static_cast<std::size_t>(body);
@@ -89,7 +87,7 @@ class QuoinWorld final : public World {
   RigidScene scene_;
   std::function<bool()> goes_on_{};
   solver::Simulation simulation_;
-  long solves_ = 0, factorizations_ = 0;
+  long factorizations_ = 0;
 };
 
 }  // namespace
