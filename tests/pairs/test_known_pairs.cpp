@@ -20,11 +20,7 @@ namespace {
 
 using nlohmann::json;
 using quoin::geometry::Vector3;
-using quoin::tests::ExactPair;
-using quoin::tests::ExactPatch;
-using quoin::tests::Fault;
-using quoin::tests::Solid;
-using quoin::tests::SolidPair;
+using namespace quoin::tests;
 
 const std::filesystem::path kFolder = QUOIN_SOURCE_DIR "/tests/pairs";
 constexpr std::uint64_t kSeeds = 5;  // other numberings, hints, places

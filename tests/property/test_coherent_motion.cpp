@@ -10,12 +10,8 @@
 
 namespace {
 
-using quoin::geometry::FeatureHint;
-using quoin::geometry::NearestFeatures;
-using quoin::geometry::Shape;
-using quoin::tests::environment_number;
-using quoin::tests::Random;
-using quoin::tests::SolidPair;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kRuns = 100;

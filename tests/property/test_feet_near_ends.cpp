@@ -12,21 +12,8 @@
 
 namespace {
 
-using quoin::geometry::Body;
-using quoin::geometry::FeatureHint;
-using quoin::geometry::Matrix3;
-using quoin::geometry::NearestFeatures;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Topology;
-using quoin::geometry::Vector3;
-using quoin::tests::Bits;
-using quoin::tests::environment_number;
-using quoin::tests::Query;
-using quoin::tests::Random;
-using quoin::tests::Solid;
-using quoin::tests::SolidPair;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 constexpr std::uint64_t kCases = 1000;
 

@@ -13,12 +13,8 @@
 
 namespace {
 
-using quoin::geometry::OracleAnswer;
-using quoin::geometry::Shape;
-using quoin::tests::diameter;
-using quoin::tests::environment_number;
-using quoin::tests::Random;
-using quoin::tests::SolidPair;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kCases = 1000;

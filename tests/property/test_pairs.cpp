@@ -18,11 +18,7 @@
 
 namespace {
 
-using quoin::tests::environment_number;
-using quoin::tests::Fault;
-using quoin::tests::PairVerdict;
-using quoin::tests::Random;
-using quoin::tests::SolidPair;
+using namespace quoin::tests;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kCases = 5000;

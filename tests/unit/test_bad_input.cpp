@@ -13,16 +13,7 @@
 
 namespace {
 
-using quoin::geometry::HostedVertex;
-using quoin::geometry::InputError;
-using quoin::geometry::make_box;
-using quoin::geometry::make_hull;
-using quoin::geometry::make_prism;
-using quoin::geometry::make_shape;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Topology;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 using quoin::tests::ContainsSubstring;
 using Faces = std::vector<std::vector<int>>;
 

@@ -7,10 +7,7 @@
 
 namespace {
 
-using quoin::geometry::BlockPair;
-using quoin::geometry::Box;
-using quoin::geometry::BroadPhase;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 using quoin::tests::Random;
 
 bool near(const Box& a, const Box& b, double reach) {

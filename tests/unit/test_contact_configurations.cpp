@@ -10,24 +10,9 @@
 
 namespace {
 
-using quoin::geometry::ContactOptions;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::ContactType;
-using quoin::geometry::FeatureKind;
-using quoin::geometry::make_box;
-using quoin::geometry::make_hull;
-using quoin::geometry::Matrix3;
-using quoin::geometry::PairContact;
-using quoin::geometry::PairStatus;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
-using quoin::referee::Random;
-using quoin::referee::renumbered;
-using quoin::referee::rotation_about;
-using quoin::referee::transformed;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::geometry;
+using namespace quoin::referee;
+using namespace quoin::tests;
 
 constexpr double kTolerance = 1e-6;  // m
 constexpr double kPi = std::numbers::pi;

@@ -16,27 +16,8 @@
 
 namespace {
 
-using quoin::geometry::BodyMotion;
-using quoin::geometry::ContactFinder;
-using quoin::geometry::ContactKey;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::ContactType;
-using quoin::geometry::FeatureHint;
-using quoin::geometry::FindCounts;
-using quoin::geometry::FinderOptions;
-using quoin::geometry::InputError;
-using quoin::geometry::make_box;
-using quoin::geometry::PairResult;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
-using quoin::tests::allocations;
-using quoin::tests::bytes_in_use;
-using quoin::tests::Random;
-using quoin::tests::same_but_previous;
-using quoin::tests::until_failure;
-using quoin::tests::WithinRel;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 const Vector3 kBrick(0.4, 0.2, 0.2);  // m
 

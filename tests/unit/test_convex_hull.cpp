@@ -10,13 +10,7 @@
 
 namespace {
 
-using quoin::geometry::collinear;
-using quoin::geometry::hull_triangles;
-using quoin::geometry::HullTriangles;
-using quoin::geometry::make_hull;
-using quoin::geometry::orientation;
-using quoin::geometry::Points;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 using quoin::tests::Random;
 
 /// Closed, oriented, and no point strictly outside any triangle.

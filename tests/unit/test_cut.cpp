@@ -13,12 +13,8 @@
 
 using Eigen::Vector3d;
 using nlohmann::json;
-using quoin::scene_file::cut_body;
-using quoin::scene_file::CutBody;
-using quoin::scene_file::CutCell;
-using quoin::tests::ContainsSubstring;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::scene_file;
+using namespace quoin::tests;
 
 namespace {
 

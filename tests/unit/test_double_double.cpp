@@ -9,11 +9,7 @@ namespace {
 
 __extension__ typedef __int128 Whole;
 
-using quoin::geometry::DoubleDouble;
-using quoin::geometry::square_root;
-using quoin::geometry::two_difference;
-using quoin::geometry::two_product;
-using quoin::geometry::two_sum;
+using namespace quoin::geometry;
 using quoin::tests::Random;
 
 }  // namespace

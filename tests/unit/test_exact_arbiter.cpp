@@ -9,16 +9,8 @@
 
 namespace {
 
-using quoin::geometry::Matrix3;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Vector3;
-using quoin::tests::exact_gap;
-using quoin::tests::ExactPair;
-using quoin::tests::Random;
-using quoin::tests::rotation_about;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 constexpr int kTrials = quoin::tests::kSanitized ? 3 : 15;
 

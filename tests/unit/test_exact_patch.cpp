@@ -9,22 +9,8 @@
 
 namespace {
 
-using quoin::geometry::ContactPoint;
-using quoin::geometry::ContactType;
-using quoin::geometry::make_box;
-using quoin::geometry::make_hull;
-using quoin::geometry::Matrix3;
-using quoin::geometry::PairContact;
-using quoin::geometry::Points;
-using quoin::geometry::Vector3;
-using quoin::tests::exact_patch;
-using quoin::tests::ExactPair;
-using quoin::tests::ExactPatch;
-using quoin::tests::Fault;
-using quoin::tests::Faults;
-using quoin::tests::rotation_about;
-using quoin::tests::Trial;
-using quoin::tests::WithinAbs;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 const Vector3 kUp = Vector3::UnitZ();
 constexpr double kQuarter = 0.78539816339744831;

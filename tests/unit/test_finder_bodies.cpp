@@ -11,27 +11,8 @@
 
 namespace {
 
-using quoin::geometry::BodyMotion;
-using quoin::geometry::BodyOptions;
-using quoin::geometry::ContactFinder;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::Executor;
-using quoin::geometry::FindCounts;
-using quoin::geometry::InputError;
-using quoin::geometry::make_box;
-using quoin::geometry::Matrix3;
-using quoin::geometry::PairEvent;
-using quoin::geometry::PairResult;
-using quoin::geometry::PairStatus;
-using quoin::geometry::Placement;
-using quoin::geometry::PointFrame;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
-using quoin::tests::Random;
-using quoin::tests::same_but_previous;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 using SharedShape = std::shared_ptr<const Shape>;
 

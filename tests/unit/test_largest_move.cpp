@@ -9,18 +9,8 @@
 
 namespace {
 
-using quoin::geometry::Body;
-using quoin::geometry::ContactFinder;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::largest_move;
-using quoin::geometry::make_box;
-using quoin::geometry::Matrix3;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
-using quoin::tests::Random;
-using quoin::tests::rotation_about;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 constexpr double kReach = 1e-3;
 

@@ -22,12 +22,7 @@
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::ContainsSubstring;
-using quoin::tests::environment_number;
-using quoin::tests::Random;
-using quoin::tests::unless_sanitized;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::tests;
 using Vectors = std::vector<Vector3>;
 
 /// Points of a solid that holds a ball of this radius, m.

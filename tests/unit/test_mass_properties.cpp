@@ -4,16 +4,14 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 
-#include "support/catch.hpp"
 #include "referee/pairs/families.hpp"
+#include "support/catch.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
-using quoin::referee::Random;
-using quoin::referee::transformed;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::referee;
+using namespace quoin::tests;
 
 }  // namespace
 

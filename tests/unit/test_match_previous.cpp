@@ -4,11 +4,7 @@
 
 namespace {
 
-using quoin::geometry::ContactPoint;
-using quoin::geometry::Feature;
-using quoin::geometry::FeatureKind;
-using quoin::geometry::match_previous;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 
 /// Vertex `vertex` of block a on face `face` of block b, at x.
 ContactPoint contact(int a, int b, int vertex, int face, double x) {

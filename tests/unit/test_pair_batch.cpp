@@ -10,18 +10,7 @@
 
 namespace {
 
-using quoin::geometry::BlockPair;
-using quoin::geometry::Body;
-using quoin::geometry::BodyChange;
-using quoin::geometry::BodySource;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::InputError;
-using quoin::geometry::PairBatch;
-using quoin::geometry::PairEvent;
-using quoin::geometry::PairResult;
-using quoin::geometry::Placement;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 
 Placement at(double z) { return {quoin::geometry::Matrix3::Identity(), Vector3(0, 0, z)}; }
 

@@ -8,25 +8,8 @@
 
 namespace {
 
-using quoin::geometry::Body;
-using quoin::geometry::contains;
-using quoin::geometry::first_hit;
-using quoin::geometry::InputError;
-using quoin::geometry::make_box;
-using quoin::geometry::make_hull;
-using quoin::geometry::Matrix3;
-using quoin::geometry::nearest_features;
-using quoin::geometry::nearest_features_within;
-using quoin::geometry::overlap;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Ray;
-using quoin::geometry::RayHit;
-using quoin::geometry::Shape;
-using quoin::geometry::Vector3;
-using quoin::tests::Random;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::geometry;
+using namespace quoin::tests;
 
 const double kInfinity = std::numeric_limits<double>::infinity();
 

@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <quoin/geometry/build.hpp>
 
-#include "support/catch.hpp"
 #include "referee/pairs/families.hpp"
+#include "support/catch.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::ContainsSubstring;
-using quoin::referee::Random;
-using quoin::referee::transformed;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::tests;
+using namespace quoin::referee;
 
 }  // namespace
 

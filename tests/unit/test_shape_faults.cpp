@@ -13,10 +13,7 @@
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::ContainsSubstring;
-using quoin::tests::environment_number;
-using quoin::tests::Random;
-using quoin::tests::WithinRel;
+using namespace quoin::tests;
 using Faces = std::vector<std::vector<int>>;
 
 const Faces kCubeFaces{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},

@@ -10,11 +10,7 @@
 #include "support/random.hpp"
 
 using namespace quoin::solver;
-using quoin::geometry::make_box;
-using quoin::geometry::make_hull;
-using quoin::geometry::Placement;
-using quoin::geometry::Points;
-using quoin::geometry::Shape;
+using namespace quoin::geometry;
 using SharedShape = std::shared_ptr<const Shape>;
 
 namespace {

@@ -11,9 +11,7 @@
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::Random;
-using quoin::tests::WithinAbs;
-using quoin::tests::WithinRel;
+using namespace quoin::tests;
 
 double volume(const std::optional<SplitPart>& part) {
   return part ? mass_properties(part->shape).volume : 0.0;

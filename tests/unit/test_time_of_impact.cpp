@@ -10,9 +10,7 @@
 namespace {
 
 using namespace quoin::geometry;
-using quoin::tests::environment_number;
-using quoin::tests::Random;
-using quoin::tests::WithinAbs;
+using namespace quoin::tests;
 
 /// The same scene elsewhere.
 struct Frame {
