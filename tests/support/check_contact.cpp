@@ -7,13 +7,7 @@
 namespace quoin::tests {
 namespace {
 
-using geometry::ContactPoint;
-using geometry::ContactType;
-using geometry::Feature;
-using geometry::FeatureKind;
-using geometry::NearestFeatures;
-using geometry::PairContact;
-using geometry::Shape;
+using namespace geometry;
 
 using Real = long double;
 constexpr double kEps = std::numeric_limits<double>::epsilon();

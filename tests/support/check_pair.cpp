@@ -9,13 +9,7 @@
 namespace quoin::tests {
 namespace {
 
-using geometry::ContactPoint;
-using geometry::FeatureHint;
-using geometry::Matrix3;
-using geometry::NearestFeatures;
-using geometry::PairContact;
-using geometry::PairStatus;
-using geometry::Vector3;
+using namespace geometry;
 
 using Real = long double;
 constexpr double kEps = std::numeric_limits<double>::epsilon();

@@ -15,12 +15,7 @@ namespace {
 
 namespace geometry = quoin::geometry;
 namespace tests = quoin::tests;
-using geometry::Body;
-using geometry::Matrix3;
-using geometry::NearestFeatures;
-using geometry::Placement;
-using geometry::Shape;
-using geometry::Vector3;
+using namespace geometry;
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 

@@ -10,10 +10,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::SearchOutcome;
-using geometry::SearchResult;
-using geometry::Shape;
-using geometry::Vector3;
+using namespace geometry;
 
 namespace {
 

@@ -10,11 +10,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::ContactPolygon;
-using geometry::Matrix3;
-using geometry::Points;
-using geometry::Shape;
-using geometry::Vector3;
+using namespace geometry;
 using tests::WithinAbs;
 
 namespace {

@@ -16,12 +16,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Carrier;
-using geometry::NearestFeatures;
-using geometry::Points;
-using geometry::Shape;
-using geometry::Trial;
-using geometry::Vector3;
+using namespace geometry;
 
 namespace {
 

@@ -14,10 +14,7 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Kernels;
-using geometry::Shape;
-using geometry::Solid;
-using geometry::Vector3;
+using namespace geometry;
 
 namespace {
 
