@@ -5,6 +5,7 @@
 #include <quoin/geometry.hpp>
 #include <tuple>
 
+#include "support/bricks.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 #include "support/same_contacts.hpp"
@@ -13,20 +14,6 @@ namespace {
 
 using namespace quoin::geometry;
 using namespace quoin::tests;
-
-using SharedShape = std::shared_ptr<const Shape>;
-
-SharedShape box(const Vector3& extent) {
-  return std::make_shared<const Shape>(make_box(-0.5 * extent, 0.5 * extent));
-}
-
-SharedShape tetrahedron() {
-  Points points(3, 4);
-  points << -0.2, 0.2, 0, 0, -0.1, -0.1, 0.2, 0, -0.1, -0.1, -0.1, 0.1;
-  return std::make_shared<const Shape>(quoin::geometry::make_hull(points).polyhedron);
-}
-
-const Vector3 kBrick(0.4, 0.2, 0.2);  // m
 
 Placement at(const Vector3& place, const Matrix3& linear = Matrix3::Identity()) {
   return {linear, place};
@@ -40,17 +27,6 @@ Matrix3 turned(double angle) {
 }
 
 /// Places of a wall in running bond with joints of 0.1 mm, each brick off by `jitter`.
-std::vector<Placement> wall(int rows, int columns, double jitter, Random& random) {
-  std::vector<Placement> placements;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const Vector3 place(0.4001 * (column + 0.5 * (row % 2)), 0, 0.2001 * row);
-      placements.push_back(at(place + jitter * random.point(-1, 1)));
-    }
-  }
-  return placements;
-}
-
 bool sorted(const std::vector<ContactPoint>& contacts) {
   return std::is_sorted(contacts.begin(), contacts.end(),
                         [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
@@ -75,15 +51,6 @@ std::vector<ContactPoint> found_afresh(const ContactFinder& finder, int handles,
     contact.key.b = names[static_cast<std::size_t>(contact.key.b)];
   }
   return contacts;
-}
-
-std::string message(const auto& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 /// Workers one after the other, the last one first.

@@ -4,6 +4,7 @@
 #include <limits>
 #include <quoin/geometry.hpp>
 
+#include "support/bricks.hpp"
 #include "support/catch.hpp"
 #include "support/counted_allocations.hpp"
 #include "support/random.hpp"
@@ -13,30 +14,6 @@ namespace {
 
 using namespace quoin::geometry;
 using namespace quoin::tests;
-
-using SharedShape = std::shared_ptr<const Shape>;
-
-const Vector3 kBrick(0.4, 0.2, 0.2);  // m
-
-SharedShape brick() { return std::make_shared<const Shape>(make_box(-0.5 * kBrick, 0.5 * kBrick)); }
-
-SharedShape tetrahedron() {
-  Points points(3, 4);
-  points << -0.2, 0.2, 0, 0, -0.1, -0.1, 0.2, 0, -0.1, -0.1, -0.1, 0.1;
-  return std::make_shared<const Shape>(quoin::geometry::make_hull(points).polyhedron);
-}
-
-/// A wall with joints of 0.1 mm, whose bricks are off by `jitter`.
-std::vector<Placement> wall(int rows, int columns, double jitter, Random& random) {
-  std::vector<Placement> placements;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const Vector3 place(0.4001 * (column + 0.5 * (row % 2)), 0, 0.2001 * row);
-      placements.push_back({Matrix3::Identity(), place + jitter * random.point(-1, 1)});
-    }
-  }
-  return placements;
-}
 
 /// Bodies as their owner knows them.
 struct Crowd {
@@ -67,7 +44,7 @@ struct Crowd {
 
 Crowd crowd(int rows, int columns, Random& random) {
   Crowd made{.places = wall(rows, columns, 1e-4, random)};
-  const SharedShape block = brick(), tip = tetrahedron();
+  const SharedShape block = box(kBrick), tip = tetrahedron();
   for (std::size_t i = 0; i < made.places.size(); ++i) {
     made.shapes.push_back(random.chance(0.2) ? tip : block);
     made.reaches.push_back(0.0);
@@ -87,7 +64,7 @@ void change(Crowd& crowd, double share, Random& random) {
 }  // namespace
 
 TEST_CASE("reach: that of a pair is the larger of its bodies', and no less than that of all") {
-  const SharedShape block = brick();
+  const SharedShape block = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   const int a = finder.add(block);
   const int b = finder.add(block, {Matrix3::Identity(), {0, 0, 0.21}});  // 1 cm above
@@ -139,7 +116,7 @@ TEST_CASE("reach: whatever happened before, the list is that of a new finder") {
 
 TEST_CASE("reach: a fast body makes nobody search pairs that it has no part in") {
   Random random(3);
-  const SharedShape block = brick();
+  const SharedShape block = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   for (const Placement& place : wall(10, 10, 0.0, random)) finder.add(block, place);
   const int fast = finder.add(block, {Matrix3::Identity(), {-2, 0, 5}});
@@ -194,7 +171,7 @@ TEST_CASE("contacts of some bodies: those that find() lists, whatever happened b
 
 TEST_CASE("contacts of some bodies: bodies that come, go and change their shape in between") {
   Random random(8);
-  const SharedShape block = brick(), tip = tetrahedron();
+  const SharedShape block = box(kBrick), tip = tetrahedron();
   ContactFinder finder({.reach = 1e-3});
   for (const Placement& place : wall(6, 6, 1e-4, random)) finder.add(block, place);
   std::vector<ContactPoint> contacts, all;
@@ -230,7 +207,7 @@ TEST_CASE("contacts of some bodies: bodies that come, go and change their shape 
 
 TEST_CASE("contacts of some bodies: once warm nothing is allocated") {
   Random random(4);
-  const SharedShape block = brick();
+  const SharedShape block = box(kBrick);
   ContactFinder finder({.reach = 1e-3});
   for (const Placement& place : wall(10, 10, 0.0, random)) finder.add(block, place);
   const Vector3 start = finder.body(44).placement().translation;

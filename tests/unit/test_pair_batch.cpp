@@ -5,12 +5,14 @@
 #include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/worker_pool.hpp>
 
+#include "support/bricks.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
+using namespace quoin::tests;
 
 Placement at(double z) { return {quoin::geometry::Matrix3::Identity(), Vector3(0, 0, z)}; }
 
@@ -21,15 +23,6 @@ struct Stack {
     for (int i = 0; i < count; ++i) bodies.emplace_back(cube, at(i));
   }
 };
-
-std::string message(const auto& call) {
-  try {
-    call();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 }  // namespace
 
