@@ -21,6 +21,8 @@ constexpr double kOfSum = 0.1;          // likewise of the residuals' sum
 constexpr double kNoMechanism = 1e-6;   // kappa by tau, and residuals, where forces seem to exist
 constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
 constexpr double kToRim = 0.99;         // of the longest step
+constexpr double kExact = 1e-13;        // likewise: no better is sought
+constexpr double kStalled = 0.5;        // of an error by another refinement: none is gained
 constexpr int kRefinements = 3;
 
 /// One cone of K: three rows (second order) or one (not negative).
@@ -57,6 +59,16 @@ Vector3 scaled(const Scaling& scaling, const Vector3& v, double sign) {
   result[0] = w[0] * v[0] + sign * along;
   result.tail<2>() = v.tail<2>() + (sign * v[0] + along / (1.0 + w[0])) * w.tail<2>();
   return sign > 0.0 ? Vector3(scaling.eta * result) : Vector3(result / scaling.eta);
+}
+
+/// W W v, and W⁻¹ W⁻¹ v.
+Vector3 scaled_twice(const Scaling& scaling, const Vector3& v, double sign) {
+  Vector3 w = scaling.w;
+  w.tail<2>() *= sign;
+  const double along = 2.0 * w.dot(v);
+  const Vector3 result(along * w[0] - v[0], along * w[1] + v[1], along * w[2] + v[2]);
+  const double squared = scaling.eta * scaling.eta;
+  return sign > 0.0 ? Vector3(squared * result) : Vector3(result / squared);
 }
 
 Matrix3 matrix(const Scaling& scaling) {
@@ -127,11 +139,12 @@ class InteriorPoint {
   bool with_factor() const { return program_.live.size() > 0; }
   Eigen::Index lambda() const { return 3 * std::ssize(program_.contacts); }
   void add_cones();
-  VectorXd loads(const VectorXd& x) const;               ///< A x + lambda a
-  VectorXd motions(const VectorXd& y) const;             ///< (A'y | a'y)
-  VectorXd rows(const VectorXd& x) const;                ///< G x
-  VectorXd columns(const VectorXd& z) const;             ///< G'z
-  VectorXd apply(const VectorXd& v, double sign) const;  ///< W v, W⁻¹ v
+  VectorXd loads(const VectorXd& x) const;                     ///< A x + lambda a
+  VectorXd motions(const VectorXd& y) const;                   ///< (A'y | a'y)
+  VectorXd rows(const VectorXd& x) const;                      ///< G x
+  VectorXd columns(const VectorXd& z) const;                   ///< G'z
+  VectorXd apply(const VectorXd& v, double sign) const;        ///< W v, W⁻¹ v
+  VectorXd apply_twice(const VectorXd& v, double sign) const;  ///< W W v, W⁻¹ W⁻¹ v
   VectorXd divided(const VectorXd& l, const VectorXd& r) const;
   VectorXd multiplied(const VectorXd& u, const VectorXd& v) const;
   double longest_step(const VectorXd& v, const VectorXd& d) const;
@@ -277,6 +290,20 @@ VectorXd InteriorPoint::apply(const VectorXd& v, double sign) const {
   return result;
 }
 
+VectorXd InteriorPoint::apply_twice(const VectorXd& v, double sign) const {
+  VectorXd result(v.size());
+  for (std::size_t k = 0; k < cones_.size(); ++k) {
+    const int row = cones_[k].row;
+    if (cones_[k].round) {
+      result.segment<3>(row) = scaled_twice(scalings_[k], v.segment<3>(row), sign);
+    } else {
+      const double squared = scalings_[k].w[0] * scalings_[k].w[0];
+      result[row] = sign > 0.0 ? v[row] * squared : v[row] / squared;
+    }
+  }
+  return result;
+}
+
 VectorXd InteriorPoint::divided(const VectorXd& l, const VectorXd& r) const {
   VectorXd result(l.size());
   for (const Cone& cone : cones_) {
@@ -394,7 +421,7 @@ VectorXd InteriorPoint::forward(const VectorXd& q) const {
 
 /// Solves [delta A' G'; A -delta 0; G 0 -W²] d = right.
 Triple InteriorPoint::direct(const Triple& right) {
-  const auto unweighted = [&](const VectorXd& v) { return apply(apply(v, -1.0), -1.0); };
+  const auto unweighted = [&](const VectorXd& v) { return apply_twice(v, -1.0); };
   const VectorXd q = right.x + columns(unweighted(right.z));
   Triple d;
   d.y = solve_balance(loads(forward(q)) - right.y);
@@ -414,8 +441,7 @@ Triple InteriorPoint::direct(const Triple& right) {
 
 Triple InteriorPoint::leftover(const Triple& right, const Triple& d) const {
   return {right.x - proximal_.cwiseProduct(d.x) - motions(d.y) - columns(d.z),
-          right.y - loads(d.x) + kProximal * d.y,
-          right.z - rows(d.x) + apply(apply(d.z, 1.0), 1.0)};
+          right.y - loads(d.x) + kProximal * d.y, right.z - rows(d.x) + apply_twice(d.z, 1.0)};
 }
 
 bool InteriorPoint::refined(const Triple& right, Triple& d) {
@@ -423,13 +449,15 @@ bool InteriorPoint::refined(const Triple& right, Triple& d) {
   const double size = right.size();
   Triple left = leftover(right, d);
   double error = left.size();
-  for (int i = 0; i < kRefinements && error > 1e-14 * size; ++i) {
+  for (int i = 0; i < kRefinements && error > kExact * size; ++i) {
     Triple better = d;
     better.add(1.0, direct(left));
     left = leftover(right, better);
-    if (!(left.size() < error)) break;
+    const double before = error;
+    if (!(left.size() < before)) break;
     error = left.size();
     d = std::move(better);
+    if (error > kStalled * before) break;
   }
   return error <= kRefined * size;
 }
