@@ -71,6 +71,29 @@ class Loads(FolderTest):
                 self.assertEqual(len(forces), 1)
                 self.near(forces[0], wanted, 2e-2)  # the bolt rises by 1 in 50, and lifts by that
 
+    def test_a_bolt_with_a_point_on_the_joint_is_grouted_however_the_scene_is_turned(self):
+        slope, lean, mu = math.radians(40), math.radians(45), math.tan(math.radians(30))
+        wanted = (2400 * G * (math.sin(slope) - mu * math.cos(slope)) / (math.cos(lean) + mu * math.sin(lean)))
+        axis = [n / math.sqrt(14) for n in (1, 2, 3)]
+        for turn in range(0, 360, 17):
+            c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+
+            def turned(*v, c=c, s=s):  # [Rodrigues 1840]
+                along = sum(n * x for n, x in zip(axis, v))
+                return [c * v[i] + s * (axis[i - 2] * v[i - 1] - axis[i - 1] * v[i - 2]) + (1 - c) * along * axis[i]
+                        for i in range(3)]
+
+            def hull(name, kind, low, high, turned=turned):
+                points = [turned(x, y, z) for x in (low, high) for y in (0, 1) for z in ((0, 1) if kind == "rigid" else (-1, 0))]
+                return {"name": name, "kind": kind, "material": "stone", "shape": {"type": "hull", "points": points}}
+
+            tie = {"from": {"block": "block", "point": turned(0.9, 0.5, 0.4)}, "points": 13,
+                   "to": {"block": "base", "point": turned(0.1, 0.5, -0.4)}, "young": 2e11, "area": 1e-4}
+            summary = self.run_scene(scene([hull("base", "fixed", -2, 3), hull("block", "rigid", 0, 1)], ties=[tie],
+                                           gravity=turned(G * math.sin(slope), 0, -G * math.cos(slope))))
+            self.assertEqual(len(summary["ties"]), 1)
+            self.near(summary["ties"][0]["force"], wanted, 2e-3)
+
     def test_a_tie_rod_takes_the_thrust_of_two_leaning_halves(self):
         # Half arches of one block each: hinges at the crown's top and at the feet's outer edges are not known,
         # but the thrust balances the feet, which slide without friction.

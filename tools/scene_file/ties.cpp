@@ -1,5 +1,6 @@
 #include "scene_file/ties.hpp"
 
+#include <quoin/geometry/body.hpp>
 #include <sstream>
 
 #include "scene_file/points_outside.hpp"
@@ -7,13 +8,16 @@
 namespace quoin::scene_file {
 namespace {
 
-/// The block in which a point lies deepest.
+/// The block in which a point lies deepest; one on a joint may by rounding lie outside all.
 int block_at(const solver::Scene& scene, const solver::Vector3& point) {
   int deepest = -1;
   double distance = 0.0;
   for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
     const double of_block = distance_outside(scene.blocks[b], point);
-    if (of_block > 0.0 || (deepest >= 0 && of_block >= distance)) continue;
+    const geometry::Box box = scene.blocks[b].body().box();
+    if (of_block > 1e-6 * (box.max - box.min).norm() || (deepest >= 0 && of_block >= distance)) {
+      continue;
+    }
     deepest = static_cast<int>(b);
     distance = of_block;
   }
