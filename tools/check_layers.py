@@ -34,7 +34,7 @@ DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/g
 FOLDERS = {
     "geometry": ["simd", "numeric", "shape", "polygon", "certify", "search", "kernels", "contact", "finder",
                  "bindings", "oracle"],
-    "solver": ["base", "block", "contact", "scene", "distributed", "linear", "iteration", "statics", "step",
+    "solver": ["base", "block", "contact", "scene", "linear", "iteration", "statics", "step",
                "source_method", "simulation"],
 }
 CHAINS = {

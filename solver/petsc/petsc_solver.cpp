@@ -6,7 +6,7 @@
 
 #include "base/index.hpp"
 #include "block_rows.hpp"
-#include "distributed/distributed_solver.hpp"
+#include "linear/distributed_solver.hpp"
 #include "petsc_call.hpp"
 
 namespace quoin::solver {
@@ -54,12 +54,6 @@ class PetscSolver : public DistributedSolver {
     petsc(PetscOptionsSetValue(nullptr, "-quoin_mg_levels_pc_type", "pbjacobi"));
   }
 
-  int rank() const override { return ranks_.rank(); }
-  int count() const override { return ranks_.count(); }
-  int rank_of(int block) const override { return rank_of_block_[index(block)]; }
-  std::vector<char> of_all(std::span<const char> mine) const override {
-    return ranks_.of_all(mine);
-  }
   bool factorize(const BlockSystem& system, const Slots& slots, LinearSolverKind kind) override;
   bool solve(const BlockVector& right, BlockVector& solution, LinearSolverCounts& counts) override;
 
@@ -68,7 +62,6 @@ class PetscSolver : public DistributedSolver {
   void set_matrix(const BlockSystem& system, const Slots& slots);
   template <int n>
   void set_values(const BlockRows<n>& rows);
-  bool owns(int block) const { return rank_of(block) == rank(); }
   RowPlaces places(const Slots& slots, int width) const;
   void make_matrix();
   void set_rigid_motions(std::span<const Frame> frames);
@@ -96,7 +89,7 @@ RowPlaces PetscSolver::places(const Slots& slots, int width) const {
   for (std::size_t s = 0; s < slots.block_of_slot.size(); ++s) {
     const int block = slots.block_of_slot[s];
     result.row_of_slot.push_back(next[index(rank_of_block_[index(block)])]++);
-    if (owns(block)) result.own.push_back(static_cast<int>(s));
+    if (rank_of_block_[index(block)] == ranks_.rank()) result.own.push_back(static_cast<int>(s));
   }
   return result;
 }

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdlib>
-#include <limits>
 #include <quoin/solver/ranks.hpp>
 #include <stdexcept>
 #include <thread>
@@ -52,26 +51,6 @@ std::string Ranks::of_first(const std::string& mine) const {
   text.resize(static_cast<std::size_t>(size));
   MPI_Bcast(text.data(), size, MPI_CHAR, 0, MPI_COMM_WORLD);
   return text;
-}
-
-std::vector<char> Ranks::of_all(std::span<const char> mine) const {
-  const long long size = static_cast<long long>(mine.size());
-  std::vector<long long> sizes(static_cast<std::size_t>(count_));
-  MPI_Allgather(&size, 1, MPI_LONG_LONG, sizes.data(), 1, MPI_LONG_LONG, MPI_COMM_WORLD);
-  std::vector<int> counts, starts;
-  long long total = 0;
-  for (const long long part : sizes) {
-    counts.push_back(static_cast<int>(part));
-    starts.push_back(static_cast<int>(total));
-    total += part;
-  }
-  if (total > std::numeric_limits<int>::max()) {
-    throw std::runtime_error("the processes have more to tell each other than a message holds");
-  }
-  std::vector<char> all(static_cast<std::size_t>(total));
-  MPI_Allgatherv(mine.data(), static_cast<int>(size), MPI_CHAR, all.data(), counts.data(),
-                 starts.data(), MPI_CHAR, MPI_COMM_WORLD);
-  return all;
 }
 
 bool Ranks::all_come(double seconds) const {

@@ -462,7 +462,7 @@ bool RunFiles::is_due(const StepView& view) const {
 }
 
 void RunFiles::step(const StepView& view) {
-  if (++steps_ == 1) append_joined(all_contacts(view), joined_);
+  if (++steps_ == 1) append_joined(view.simulation.state().contacts, joined_);
   if (steps_ % file_.history_every == 0) {
     write_history_line(view);
   }
@@ -512,15 +512,10 @@ void RunFiles::write_blocks(const StepView& view) {
   blocks_->flush();
 }
 
-/// Of all processes, which all ask for them.
-std::vector<solver::Contact> RunFiles::all_contacts(const StepView& view) const {
-  return view.simulation.all_contacts([](const solver::Contact&) { return true; });
-}
-
 void RunFiles::write_contacts(const StepView& view) {
   const solver::State& state = view.simulation.state();
-  std::vector<solver::Contact> all = all_contacts(view);
   if (!contacts_) return;
+  std::vector<solver::Contact> all = state.contacts;
   append_joined(all, joined_);
   std::ranges::move(parted_contacts(view.simulation, joined_, all), std::back_inserter(all));
   std::ranges::stable_sort(all, {}, [](const solver::Contact& contact) {

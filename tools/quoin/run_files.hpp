@@ -45,7 +45,6 @@ class RunFiles {
   void write_blocks(const scene_file::StepView& view);
   void write_contacts(const scene_file::StepView& view);
   void write_joints(const scene_file::StepView& view, std::span<const solver::Contact> contacts);
-  std::vector<solver::Contact> all_contacts(const scene_file::StepView& view) const;
   void write_vtk(const scene_file::StepView& view);
   void write_frame(const scene_file::StepView& view);
   void write_pieces(const scene_file::StepView& view);

@@ -171,8 +171,8 @@ class Watch {
     };
     const auto on_b = [&](const Contact& c) { return pushes(c.point.key.a, c.point.key.b); };
     const auto on_a = [&](const Contact& c) { return pushes(c.point.key.b, c.point.key.a); };
-    const auto counts = [&](const Contact& c) { return on_a(c) || on_b(c); };
-    for (const Contact& contact : simulation.all_contacts(counts)) {
+    for (const Contact& contact : simulation.state().contacts) {
+      if (!on_a(contact) && !on_b(contact)) continue;
       const Vector3 place = simulation.state().origin + contact.point.point();
       const double times = (on_b(contact) ? 1 : 0) - (on_a(contact) ? 1 : 0);
       value.force += times * force_on_b(contact);
@@ -877,10 +877,8 @@ class Runner {
     result_.dynamic_time = dynamic_time();
     result_.ties = state.ties;
     result_.wall_seconds += seconds_since(started_);
-    const auto is_of_base = [&](const Contact& contact) {
-      return is_held(contact.point.key.a) != is_held(contact.point.key.b);
-    };
-    for (const Contact& contact : simulation_.all_contacts(is_of_base)) {
+    for (const Contact& contact : state.contacts) {
+      if (is_held(contact.point.key.a) == is_held(contact.point.key.b)) continue;
       const bool b = is_held(contact.point.key.b);
       result_.base_reaction += b ? force_on_b(contact) : Vector3(-force_on_b(contact));
     }

@@ -84,9 +84,8 @@ struct ContactJacobian {
 /// joint's opening, two slips.
 struct ContactTerms {
   int slot_a = -1, slot_b = -1;  ///< -1: that side has no unknowns
-  int pair = -1;   ///< off-diagonal block of (slot_a, slot_b); below 0: none, another for each
-                   ///< block without unknowns
-  int number = 0;  ///< of several processes: place in the list of all
+  int pair = -1;  ///< off-diagonal block of (slot_a, slot_b); below 0: none, another for each
+                  ///< block without unknowns
   ContactLaw law = ContactLaw::Coulomb;
   bool compliant = false;   ///< a spring: its multiplier stays zero
   bool bonded = false;      ///< bears tension without limit: judged when the step is solved

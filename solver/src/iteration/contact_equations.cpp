@@ -100,9 +100,6 @@ void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearCont
     push_blocks<n>(contacts, first, end);
     for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
   });
-  agreement_.complete(*slots_, residual_);
-  agreement_.complete(*slots_, scale_);
-  agreement_.complete(*slots_, floor_);
 }
 
 /// Of a slot what its closed contacts, in floor_, have not.
@@ -196,7 +193,6 @@ void ContactEquations::add_rounding(const BlockSystem& base,
     if (c.slot_a >= 0) floor[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor[index(c.slot_b)] += noise;
   }
-  agreement_.complete(*slots_, floor);
 }
 
 /// Infinite where forces overflow, which balance nothing.

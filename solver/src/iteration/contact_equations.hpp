@@ -8,7 +8,6 @@
 #include <span>
 
 #include "contact/linear_contact.hpp"
-#include "distributed/agreement.hpp"
 #include "linear/linear_solver.hpp"
 
 namespace quoin::solver {
@@ -29,7 +28,6 @@ class ContactEquations {
 
   /// From here on.
   void use(const Threads& threads) { threads_ = threads; }
-  void use(const Agreement& agreement) { agreement_ = agreement; }
 
   /// Takes `guess` as D0. Sets LinearContact::guess. `gap_rounding`, m: between blocks that stand a
   /// smaller gap or slip is zero.
@@ -80,7 +78,6 @@ class ContactEquations {
   double worst_residual(std::span<const double> floor) const;
 
   Threads threads_;
-  Agreement agreement_;
   const Slots* slots_;
   BlockVector right_;  ///< F - K D0
   BlockVector residual_;

@@ -97,7 +97,6 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   for (const LinearContact& c : contacts_) {
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   }
-  options.negligible = agreement_.largest(options.negligible);
   std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   set_damping();
@@ -109,7 +108,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
     tangent_[c] = next;
     same.store(false, std::memory_order_relaxed);
   });
-  return agreement_.all(same);
+  return same;
 }
 
 void ContactNewton::assemble() {
@@ -117,7 +116,7 @@ void ContactNewton::assemble() {
   system_.frames = base_->frames;
   const std::size_t pairs = system_.pairs.size();
   const bool symmetric = system_.symmetric =
-      agreement_.all(std::all_of(tangent_.begin(), tangent_.end(), is_symmetric));
+      std::all_of(tangent_.begin(), tangent_.end(), is_symmetric);
   const int width = base_->diagonal.width();
   system_.diagonal.resize(base_->diagonal.size(), width);
   system_.off_diagonal.resize(pairs, width);

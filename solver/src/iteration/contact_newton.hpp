@@ -53,10 +53,6 @@ class ContactNewton {
     equations_.use(threads);
     solver_.use(threads);
   }
-  void use(const Agreement& agreement) {
-    agreement_ = agreement;
-    equations_.use(agreement);
-  }
 
   LinearSolver& linear_solver() { return solver_; }
   const ContactEquations& equations() const { return equations_; }
@@ -82,7 +78,6 @@ class ContactNewton {
   const Slots* slots_;
   StepWatch* watch_;
   Threads threads_;
-  Agreement agreement_;
   ContactEquations equations_;
   LinearSolver solver_;
   const BlockSystem* base_ = nullptr;

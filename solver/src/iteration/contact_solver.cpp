@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "base/index.hpp"
-#include "distributed/gathered_contacts.hpp"
 #include "iteration/interior_point.hpp"
 
 namespace quoin::solver {
@@ -71,10 +70,9 @@ bool ContactSolver::is_loose(std::span<const LinearContact> contacts) const {
       ++points;
       sticks = sticks || contacts[end].assumed == ContactMode::Stick;
     }
-    if (!agreement_.counts(*slots_, contacts[i].slot_a, contacts[i].slot_b)) continue;
     resultants += (sticks ? kSticks : kSlides)[std::min<std::size_t>(points, 3)];
   }
-  return agreement_.sum(resultants) <= kLooseShare * slots_->unknowns();
+  return resultants <= kLooseShare * slots_->unknowns();
 }
 
 /// Whether a light block bears a much heavier one: the heavy one is held by it against the forces
@@ -95,7 +93,7 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
     }
   };
   const auto is_pinched = [&](int light, const ContactJacobian& on_light, int other) {
-    if (light < 0 || !agreement_.owns(slots_->block_of_slot[index(light)])) return false;
+    if (light < 0) return false;
     const Load& borne = loads_[index(light)];
     return borne.heavy != Load::kNone && borne.heavy != other &&
            push(on_light).dot(borne.push) < -kPinches;
@@ -104,17 +102,17 @@ bool ContactSolver::is_uneven(const BlockEquations& blocks,
     load(c.slot_a, c.jacobian_a, c.slot_b, c.jacobian_b);
     load(c.slot_b, c.jacobian_b, c.slot_a, c.jacobian_a);
   }
-  return agreement_.any(std::ranges::any_of(contacts, [&](const LinearContact& c) {
+  return std::ranges::any_of(contacts, [&](const LinearContact& c) {
     return is_pinched(c.slot_a, c.jacobian_a, c.slot_b) ||
            is_pinched(c.slot_b, c.jacobian_b, c.slot_a);
-  }));
+  });
 }
 
 /// Whether friction is steep in a loose island. Walls, where hard contacts are rarely found, gain
 /// 1e-8 of their energy at most with it.
 bool ContactSolver::is_steep(std::span<const LinearContact> contacts) const {
   const auto steep = [](const LinearContact& c) { return c.friction > kSteep; };
-  return agreement_.any(std::ranges::any_of(contacts, steep)) && is_loose(contacts);
+  return std::ranges::any_of(contacts, steep) && is_loose(contacts);
 }
 
 OpenCloseResult ContactSolver::solve(const StepOptions& options, const BlockEquations& blocks,
@@ -132,10 +130,10 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
                                        BlockVector& increment) {
   automatic_ = options.contact_iteration == ContactIteration::Automatic &&
                options.analysis == Analysis::Dynamic;
-  coulomb_ = agreement_.all(std::ranges::all_of(contacts, ConeProblem::follows_coulomb));
-  suits_ = coulomb_ || agreement_.all(ConeProblem::suits(contacts));
+  coulomb_ = std::ranges::all_of(contacts, ConeProblem::follows_coulomb);
+  suits_ = coulomb_ || ConeProblem::suits(contacts);
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
-  if (tuning.free != nullptr && agreement_.all(contacts.empty())) {
+  if (tuning.free != nullptr && contacts.empty()) {
     return {.converged = true, .change = coast(*tuning.free, *slots_, blocks.force, increment)};
   }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
@@ -146,38 +144,21 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
-/// By the proximal Newton method. Several processes each solve it whole.
+/// By the proximal Newton method.
 OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
                                      std::span<LinearContact> contacts,
                                      const OpenCloseOptions& tuning, BlockVector& increment) {
   if (const auto free = open_close_.fly(blocks, contacts, tuning, tuning.mended_apart, increment)) {
     return *free;
   }
-  return solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
-    return moving_contacts_.solve(base, blocks.force, all, tuning, increment);
-  });
-}
-
-/// Several processes each solve(base, contacts) with the contacts of all.
-template <class Solve>
-OpenCloseResult ContactSolver::solve_whole(const BlockEquations& blocks,
-                                           std::span<LinearContact> contacts, const Solve& solve) {
-  if (!agreement_.shares()) return solve(blocks.base, contacts);
-  std::vector<LinearContact> all = gather(agreement_, *slots_, contacts);
-  BlockSystem base = blocks.base;
-  base.pairs = gather(agreement_, *slots_, blocks.base.pairs);
-  find_pairs(base.pairs, all);
-  const OpenCloseResult solved = solve(base, all);
-  take_back(all, contacts);
-  return solved;
+  return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
 /// Statics of many blocks, in contacts that the interior point method knows.
 bool ContactSolver::begins_inside(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& tuning) const {
   return tuning.damped && tuning.raise && slots_->count() >= kMany &&
-         agreement_.all(std::ranges::all_of(contacts, InteriorPoint::suits)) &&
-         !agreement_.all(contacts.empty());
+         std::ranges::all_of(contacts, InteriorPoint::suits) && !contacts.empty();
 }
 
 /// The open-close iteration from forces that are known. Where there are none, or it is slow, the
@@ -195,8 +176,8 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
     result.change = std::max(result.change, change);
     return result.converged;
   };
-  const bool unknown = agreement_.all(std::ranges::all_of(
-      contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); }));
+  const bool unknown = std::ranges::all_of(
+      contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); });
   const std::vector<LinearContact> before(contacts.begin(), contacts.end());
   const BlockVector guess = increment;
   if (!unknown && !inexact_) {
@@ -204,13 +185,10 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
     std::ranges::copy(before, contacts.begin());
     increment = guess;
   }
-  const OpenCloseResult inside =
-      solve_whole(blocks, contacts, [&](const BlockSystem& base, std::span<LinearContact> all) {
-        InteriorPoint interior_point(*slots_, watch_);
-        interior_point.use(threads_);
-        const int left = most - result.iterations;
-        return interior_point.solve(base, blocks.force, all, left, increment);
-      });
+  InteriorPoint interior_point(*slots_, watch_);
+  interior_point.use(threads_);
+  const OpenCloseResult inside = interior_point.solve(blocks.base, blocks.force, contacts,
+                                                      most - result.iterations, increment);
   add(inside, result);
   if (inside.converged) {
     tuning.predicted = false;
@@ -262,8 +240,6 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
 }
 
 void ContactSolver::choose(const StepOptions& options) {
-  agreement_ = agreement(options);
-  open_close_.use(agreement_);
   linear_solver().choose(options.linear_solver, options.distributed_solver.get());
 }
 

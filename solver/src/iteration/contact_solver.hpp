@@ -81,9 +81,6 @@ class ContactSolver {
   bool begins_inside(std::span<const LinearContact> contacts, const OpenCloseOptions& tuning) const;
   OpenCloseResult solve_static(const BlockEquations& blocks, std::span<LinearContact> contacts,
                                OpenCloseOptions tuning, BlockVector& increment);
-  template <class Solve>
-  OpenCloseResult solve_whole(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                              const Solve& solve);
   bool asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                      std::span<const LinearContact> contacts);
 
@@ -111,7 +108,6 @@ class ContactSolver {
   const Slots* slots_;
   StepWatch* watch_;
   Threads threads_;
-  Agreement agreement_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;
   Stage stage_ = Stage::OpenClose;

@@ -81,8 +81,7 @@ bool grows_on(const LinearContact& c, double noise) {
 }
 
 /// `stands`, by slot: what touches a block that does not stand does not, either.
-void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
-            std::vector<char>& stands) {
+void spread(std::span<const LinearContact> contacts, std::vector<char>& stands) {
   for (bool spreads = true; spreads;) {
     spreads = false;
     for (const LinearContact& c : contacts) {
@@ -91,8 +90,6 @@ void spread(std::span<const LinearContact> contacts, const Agreement& agreement,
       spreads = spreads || a != b;
       a = b = a && b;
     }
-    agreement.all(stands);
-    spreads = agreement.any(spreads);
   }
 }
 
@@ -149,10 +146,6 @@ void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  find_pairs(pairs, contacts);
-}
-
-void find_pairs(std::span<const std::pair<int, int>> pairs, std::span<LinearContact> contacts) {
   for (LinearContact& c : contacts) {
     if (c.slot_a < 0 || c.slot_b < 0) continue;
     const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
@@ -168,7 +161,7 @@ double OpenClose::violation(std::span<const LinearContact> contacts) const {
     if (!unpressed(c)) worst = std::max(worst, std::abs(c.relative[0]));
     if (c.mode == ContactMode::Stick) worst = std::max(worst, c.relative.tail<2>().norm());
   }
-  return agreement_.largest(worst);
+  return worst;
 }
 
 /// Blocks that the forces known so far hold where they stand, and so all that they touch, do not
@@ -178,14 +171,14 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
                         const OpenCloseOptions& options, BlockVector& guess) {
   still_.assign(guess.size(), Vector12::Zero());
   if (guess == still_) return 0.0;
-  if (agreement_.all(all_move(*slots_, guess))) return 0.0;
+  if (all_move(*slots_, guess)) return 0.0;
   newton_.set(blocks, contacts, still_, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);
   stands_.resize(guess.size());
   for (std::size_t s = 0; s < guess.size(); ++s) {
     stands_[s] = newton_.equations().balanced(s, kAtRest * options.force_tolerance);
   }
-  spread(contacts, agreement_, stands_);
+  spread(contacts, stands_);
   double taken_back = 0.0;
   for (std::size_t s = 0; s < guess.size(); ++s) {
     if (!stands_[s]) continue;
@@ -210,7 +203,7 @@ std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
   const bool kept = std::ranges::all_of(contacts, [](const LinearContact& c) {
     return !c.compliant && (c.offset - c.start).cwiseAbs().maxCoeff() <= c.rounding;
   });
-  if (!agreement_.all(kept)) return {};
+  if (!kept) return {};
   still_.assign(guess.size(), Vector12::Zero());
   newton_.set(blocks, contacts, still_, left);
   newton_.evaluate(Law::True, 1.0);
@@ -254,7 +247,7 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                          Progress& progress, NewtonCount& count) {
   const auto is_spring = [](const LinearContact& c) { return c.compliant && !is_link(c); };
-  const bool springs = agreement_.any(std::ranges::any_of(contacts, is_spring));
+  const bool springs = std::ranges::any_of(contacts, is_spring);
   double& softness = progress.softness;
   progress.slow = options.moves || softness < 1.0;
   solved_.assign(newton_.change().size(), Vector12::Zero());
@@ -308,7 +301,6 @@ double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
     if (c.slot_a >= 0) push_[index(c.slot_a)] += c.jacobian_a.push(push);
     if (c.slot_b >= 0) push_[index(c.slot_b)] += c.jacobian_b.push(push);
   }
-  agreement_.complete(*slots_, push_);
   return newton_.equations().relative_push(push_);
 }
 
@@ -327,9 +319,9 @@ bool OpenClose::infeasible(std::span<const LinearContact> contacts, const OpenCl
   if (progress.fixed < kFixedUpdates) return false;
   double largest = 0.0;
   for (const LinearContact& c : contacts) largest = std::max(largest, change_of_update(c));
-  const double noise = kConeRounding * agreement_.largest(largest);
-  progress.infeasible = agreement_.all(
-      std::ranges::all_of(contacts, [&](const LinearContact& c) { return grows_on(c, noise); }));
+  const double noise = kConeRounding * largest;
+  progress.infeasible =
+      std::ranges::all_of(contacts, [&](const LinearContact& c) { return grows_on(c, noise); });
   return progress.infeasible;
 }
 
@@ -399,7 +391,7 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
                                               const OpenCloseOptions& options, double overlap,
                                               BlockVector& increment) {
   if (options.free == nullptr) return {};
-  if (!agreement_.all(is_unforced(*options.free, blocks.force, contacts, overlap))) return {};
+  if (!is_unforced(*options.free, blocks.force, contacts, overlap)) return {};
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();

@@ -79,9 +79,6 @@ void add(const OpenCloseResult& later, OpenCloseResult& total);
 /// Pairs of slots that contacts couple, and which pair each contact belongs to.
 void set_pairs(std::span<LinearContact> contacts, BlockSystem& base);
 
-/// The latter, of pairs that are known. `pairs`: ascending.
-void find_pairs(std::span<const std::pair<int, int>> pairs, std::span<LinearContact> contacts);
-
 /// Keeps the memory between calls.
 class OpenClose {
  public:
@@ -107,10 +104,6 @@ class OpenClose {
 
   /// From the next solve() on.
   void use(const Threads& threads) { newton_.use(threads); }
-  void use(const Agreement& agreement) {
-    agreement_ = agreement;
-    newton_.use(agreement);
-  }
 
   LinearSolver& linear_solver() { return newton_.linear_solver(); }
 
@@ -159,7 +152,6 @@ class OpenClose {
                   Progress& progress) const;
 
   const Slots* slots_;
-  Agreement agreement_;
   ContactNewton newton_;
   BlockVector solved_;        ///< the last change that solved for its multipliers
   BlockVector still_;         ///< zeros

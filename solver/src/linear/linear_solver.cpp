@@ -1,12 +1,5 @@
 #include "linear/linear_solver.hpp"
 
-#include <algorithm>
-#include <numeric>
-#include <utility>
-
-#include "base/index.hpp"
-#include "distributed/gathered_contacts.hpp"
-
 namespace quoin::solver {
 namespace {
 
@@ -22,71 +15,17 @@ bool LinearSolver::is_large(const BlockSystem& system) {
   return elimination_.work(system) / slots_->count() > kWork;
 }
 
-bool LinearSolver::distributes(const BlockSystem& system) {
-  if (distributed_ == nullptr) return false;
-  return kind_ == LinearSolverKind::Elimination || is_large(system);
-}
-
-/// The pattern of the matrix of all processes, and what they have alike.
-void LinearSolver::gather_pairs(const BlockSystem& own) {
-  whole_.symmetric = own.symmetric;
-  whole_.frames = own.frames;
-  whole_.pairs = gather(agreement_, *slots_, own.pairs);
-}
-
-/// And its values.
-void LinearSolver::gather_blocks(const BlockSystem& own) {
-  whole_.diagonal = own.diagonal;
-  agreement_.complete(*slots_, whole_.diagonal.area(), whole_.diagonal.values());
-  const auto gather = [&](const SquareBlocks& from, SquareBlocks& to) {
-    std::vector<double> mine;
-    std::vector<std::pair<int, int>> pairs;
-    for (std::size_t p = 0; p < from.size(); ++p) {
-      const auto& [a, b] = own.pairs[p];
-      if (!agreement_.counts(*slots_, a, b)) continue;
-      pairs.push_back(own.pairs[p]);
-      mine.insert(mine.end(), from[p].data(), from[p].data() + from.area());
-    }
-    pairs = agreement_.of_all(pairs);
-    mine = agreement_.of_all(mine);
-    to.resize(pairs.size(), whole_.diagonal.width());
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const auto at = std::ranges::lower_bound(whole_.pairs, pairs[i]) - whole_.pairs.begin();
-      std::copy_n(mine.data() + i * to.area(), to.area(), to[static_cast<std::size_t>(at)].data());
-    }
-  };
-  gather(own.off_diagonal, whole_.off_diagonal);
-  gather(own.mirrored, whole_.mirrored);
-}
-
-bool LinearSolver::eliminate(const BlockSystem& system, const BlockVector* only) {
-  return only != nullptr ? elimination_.factorize(system, *only) : elimination_.factorize(system);
-}
-
 bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only) {
-  const bool gathers = agreement_.shares() && kind_ != LinearSolverKind::Elimination;
-  if (gathers) gather_pairs(system);
-  const BlockSystem& pattern = gathers ? whole_ : system;
-  shared_ = distributes(pattern);
+  const bool iterates = distributed_ != nullptr && is_large(system);
+  shared_ = iterates || (distributed_ != nullptr && kind_ == LinearSolverKind::Elimination);
+  ++(iterates ? counts_.set_ups : counts_.eliminations);
   if (shared_) {
-    const bool iterates = is_large(pattern);
     ++counts_.distributed;
-    ++(iterates ? counts_.set_ups : counts_.eliminations);
-    release_values();
+    elimination_.release();
     using enum LinearSolverKind;
     return distributed_->factorize(system, *slots_, iterates ? Multigrid : Elimination);
   }
-  if (gathers) gather_blocks(system);
-  ++counts_.eliminations;
-  return eliminate(pattern, only);
-}
-
-/// What this process alone keeps of a matrix that all of them solve.
-void LinearSolver::release_values() {
-  elimination_.release();
-  whole_.diagonal = {};
-  whole_.off_diagonal = {};
-  whole_.mirrored = {};
+  return only != nullptr ? elimination_.factorize(system, *only) : elimination_.factorize(system);
 }
 
 bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {

@@ -3,7 +3,7 @@
 
 #include <quoin/solver/simulation.hpp>
 
-#include "distributed/distributed_solver.hpp"
+#include "linear/distributed_solver.hpp"
 #include "linear/multifrontal.hpp"
 
 namespace quoin::solver {
@@ -18,13 +18,10 @@ class LinearSolver {
       : slots_(&slots), elimination_(slots, watch) {}
 
   /// From the next matrix on; counts start at zero. `distributed`, where there is one, solves what
-  /// Automatic does not eliminate; it must outlive the use of this object. Where it is of several
-  /// processes each gives the rows of its own blocks alone, and what is not distributed is gathered
-  /// on all of them.
+  /// Automatic does not eliminate; it must outlive the use of this object.
   void choose(LinearSolverKind kind, DistributedSolver* distributed = nullptr) {
     kind_ = kind;
     distributed_ = distributed;
-    agreement_ = Agreement(distributed);
     counts_ = {};
   }
 
@@ -52,19 +49,12 @@ class LinearSolver {
 
  private:
   bool factorize(const BlockSystem& system, const BlockVector* only);
-  void gather_pairs(const BlockSystem& own);
-  void gather_blocks(const BlockSystem& own);
-  bool eliminate(const BlockSystem& system, const BlockVector* only);
   bool is_large(const BlockSystem& system);
-  void release_values();
-  bool distributes(const BlockSystem& system);
 
   const Slots* slots_;
   LinearSolverKind kind_ = LinearSolverKind::Elimination;
   Multifrontal elimination_;
   DistributedSolver* distributed_ = nullptr;
-  Agreement agreement_;
-  BlockSystem whole_;    ///< of several processes: gathered
   bool shared_ = false;  ///< the present matrix is distributed_'s
   LinearSolverCounts counts_;
 };

@@ -68,11 +68,6 @@ inline bool is_absent(const CompiledScene& compiled, int block) {
   return compiled.models[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
 }
 
-/// Whose a contact of two blocks is: the first that has unknowns.
-inline int first_with_unknowns(const CompiledScene& compiled, const geometry::ContactKey& key) {
-  return compiled.idle[static_cast<std::size_t>(key.a)] != 0 ? key.b : key.a;
-}
-
 /// Of a held point since it began to be held, m.
 inline Vector3 displacement(const CompiledScene& compiled, const HeldPoint& held,
                             const Pose& pose) {

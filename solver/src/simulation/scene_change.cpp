@@ -164,18 +164,6 @@ bool are_same(const geometry::Placement& a, const geometry::Placement& b) {
   return a.linear == b.linear && a.translation == b.translation;
 }
 
-/// Of several processes: what any of them has, each once, sorted by key. A block that begins to
-/// move is its owner's from then on, with what the others know of it.
-template <class Record, class Key>
-std::vector<Record> of_all(const Agreement& agreement, const std::vector<Record>& mine, Key key) {
-  std::vector<Record> all = agreement.of_all(mine);
-  if (!agreement.shares()) return all;
-  std::ranges::stable_sort(all, {}, key);
-  const auto rest = std::ranges::unique(all, {}, key);
-  all.erase(rest.begin(), rest.end());
-  return all;
-}
-
 /// Joints of two blocks without unknowns wait until one of them is set free, if neither has moved
 /// by then.
 void take_over_contacts(const State& state_before, const Workspace& work_before,
@@ -183,20 +171,19 @@ void take_over_contacts(const State& state_before, const Workspace& work_before,
   const std::vector<BlockState>& blocks = state_before.blocks;
   const auto key = [](const Contact& contact) { return contact.point.key; };
   std::vector<WaitingContact> all;
-  for (const Contact& contact : of_all(work.agreement, state_before.contacts, key)) {
+  for (const Contact& contact : state_before.contacts) {
     const auto [a, b] = std::pair(contact.point.key.a, contact.point.key.b);
     all.push_back({contact, blocks[index(a)], blocks[index(b)]});
   }
   all.insert(all.end(), work_before.waiting.begin(), work_before.waiting.end());
   std::ranges::stable_sort(all, {}, [&](const WaitingContact& one) { return key(one.contact); });
-  const auto is_own = [&](int b) { return !now.idle[index(b)] && work.agreement.owns(b); };
   for (const WaitingContact& one : all) {
     const auto [a, b] = std::pair(one.contact.point.key.a, one.contact.point.key.b);
     if (is_absent(now, a) || is_absent(now, b)) continue;
     if (!is_in_place(one.a, blocks[index(a)]) || !is_in_place(one.b, blocks[index(b)])) continue;
     if (now.idle[index(a)] && now.idle[index(b)]) {
       work.waiting.push_back(one);
-    } else if (!work.agreement.shares() || is_own(a) || is_own(b)) {
+    } else {
       state.contacts.push_back(one.contact);
     }
   }
@@ -247,8 +234,7 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
   take_over_quiet(before, state_before, now, state);
   work.counted = work_before.counted;
   work.energy_scale = work_before.energy_scale;
-  work.initial_depths.entries =
-      of_all(work.agreement, work_before.initial_depths.entries, &InitialDepths::Entry::key);
+  work.initial_depths.entries = work_before.initial_depths.entries;
   work.initial_depths.remember(now, {}, work.laid);
   place_bodies(now, state, work);
 }

@@ -87,9 +87,6 @@ struct Simulation::Parts {
         options(step_options),
         state(initial_state(compiled)),
         work(compiled, step_options) {
-    if (!(compiled.ties.empty() && compiled.quiet.empty()) && work.agreement.shares()) {
-      throw InputError("ties and quiet faces know one process alone");
-    }
     work.other_method = std::make_unique<PaperMethod>(compiled.slots, &work.watch);
   }
 
@@ -111,7 +108,6 @@ void check_paper_method(const StepOptions& options) {
   if (options.scheme != TimeScheme::ConstantAcceleration) {
     throw InputError(method + " knows the scheme constant_acceleration alone");
   }
-  if (agreement(options).shares()) throw InputError(method + " knows one process alone");
 }
 
 void check(const StepOptions& options) {
@@ -180,12 +176,8 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work,
     return is_new && !(-point.gap <= 1e-3 * size(point));
   };
   const auto first = std::ranges::find_if(work.found, overlaps);
-  std::vector<geometry::ContactPoint> of_all;
-  if (first != work.found.end()) of_all.push_back(*first);
-  of_all = work.agreement.of_all(of_all);
-  if (of_all.empty()) return;
-  const geometry::ContactPoint& point =
-      *std::ranges::min_element(of_all, {}, &geometry::ContactPoint::key);
+  if (first == work.found.end()) return;
+  const geometry::ContactPoint& point = *first;
   std::ostringstream line;
   line << "blocks " << numbered(compiled.scene, point.key.a) << " and "
        << numbered(compiled.scene, point.key.b) << " overlap by " << -point.gap
@@ -233,22 +225,6 @@ int Simulation::threads() const { return parts_->work.threads.workers(); }
 
 bool Simulation::threads_refused() const { return threads() < parts_->work.threads_wanted; }
 
-std::vector<Contact> Simulation::all_contacts(
-    const std::function<bool(const Contact&)>& wanted) const {
-  const Agreement& agreement = parts_->work.agreement;
-  std::vector<Contact> all;
-  for (const Contact& contact : parts_->state.contacts) {
-    if (!wanted(contact)) continue;
-    if (agreement.owns(first_with_unknowns(parts_->compiled, contact.point.key))) {
-      all.push_back(contact);
-    }
-  }
-  if (!agreement.shares()) return all;
-  all = agreement.of_all(all);
-  std::ranges::sort(all, {}, [](const Contact& contact) { return contact.point.key; });
-  return all;
-}
-
 void Simulation::set_options(const StepOptions& options) {
   check(options);
   if (options.distributed_solver != parts_->options.distributed_solver) {
@@ -289,7 +265,7 @@ void Simulation::change(Scene scene) {
   part_hit_contacts(set_on(parts_->state, state), next->options.method, state);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work, parts_->compiled.idle);
-  if (work.agreement.any(work.initial_depths.remember(compiled, work.found, work.laid))) {
+  if (work.initial_depths.remember(compiled, work.found, work.laid)) {
     detect(compiled, next->options, state, work);
   }
   EnergyLedger& energy = state.energy;
@@ -352,25 +328,12 @@ Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const 
                               reference_arm);
 }
 
-namespace {
-
-void check_alone(const Workspace& work, const std::string& what) {
-  if (!work.agreement.shares()) return;
-  throw InputError(what +
-                   ": of several processes that solve together each holds its own contacts, "
-                   "not the whole state");
-}
-
-}  // namespace
-
 void Simulation::save(std::ostream& out) const {
-  check_alone(parts_->work, "save");
   write_checkpoint(out, parts_->compiled, parts_->state, parts_->work);
   write_setting(out, parts_->compiled, parts_->work);
 }
 
 void Simulation::Parts::read(std::istream& saved) {
-  check_alone(work, "load");
   read_checkpoint(saved, compiled, state, work);
   read_setting(saved, compiled, work);
   place_bodies(compiled, state, work);

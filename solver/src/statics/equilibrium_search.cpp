@@ -5,7 +5,6 @@
 #include <span>
 
 #include "base/index.hpp"
-#include "distributed/agreement.hpp"
 #include "iteration/open_close.hpp"
 
 namespace quoin::solver {
@@ -32,21 +31,17 @@ double extent(const BlockModel& model) {
 double motion(double way, double angle, double extent) { return way / extent + 0.5 * angle; }
 
 /// What strains of all blocks and springs of all contacts can move a block by in a chain, m.
-double elastic_motion(const CompiledScene& compiled, const StepOptions& options, const State& state,
+double elastic_motion(const CompiledScene& compiled, const State& state,
                       std::span<const BlockState> start) {
   double sum = 0.0;
   for (const int b : compiled.slots.block_of_slot) {
     const Vector6 strain = state.blocks[index(b)].strain - start[index(b)].strain;
     sum += strain.norm() * extent(compiled.models[index(b)]);
   }
-  const Agreement all = agreement(options);
-  double gaps = 0.0;  // of several processes: of this one
-  double& gap_sum = all.shares() ? gaps : sum;
   for (const Contact& contact : state.contacts) {
-    if (!all.owns(first_with_unknowns(compiled, contact.point.key))) continue;
-    if (contact.mode != ContactMode::Open) gap_sum += std::abs(contact.point.gap);
+    if (contact.mode != ContactMode::Open) sum += std::abs(contact.point.gap);
   }
-  return sum + all.sum(gaps);
+  return sum;
 }
 
 /// Loads of a block, N.
@@ -121,7 +116,7 @@ bool too_long(double stride) { return stride > 2.0 * kStride; }
 
 void judge(const CompiledScene& compiled, const StepOptions& options, double stride,
            const State& state, EquilibriumSearch& search, StepReport& report) {
-  const double explained = elastic_motion(compiled, options, state, search.start);
+  const double explained = elastic_motion(compiled, state, search.start);
   for (const int b : compiled.slots.block_of_slot) {
     const BlockState &from = search.start[index(b)], &now = state.blocks[index(b)];
     const double size = extent(compiled.models[index(b)]);

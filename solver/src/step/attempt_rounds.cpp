@@ -138,7 +138,7 @@ double largest_opening(const StepRun& run) {
     largest = std::max({largest, largest_opening(run.compiled, island->history),
                         largest_opening(run.compiled, island->attempt.contacts)});
   }
-  return run.work.agreement.largest(largest);
+  return largest;
 }
 
 /// What the last search found of some islands, the owners, takes the place of what others had found
@@ -186,9 +186,9 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   if (!all) take_last(work);
   const bool met = share_out(work, work.found_end, all ? Sharing::Referred : Sharing::Copied,
                              &Island::found_end);
-  work.islands_met = work.agreement.any(met);
+  work.islands_met = met;
   for (Island* island : islands) {
-    island->reach_end = work.agreement.largest(largest_reach(reach, island->found_end));
+    island->reach_end = largest_reach(reach, island->found_end);
   }
 }
 
@@ -203,7 +203,7 @@ bool change_contacts(const StepRun& run, Island& island) {
                                         island.passing, island.contacts);
   // Whatever brought them in: sums go by their order, and it is one on any number of ranks.
   if (missed || blocked) std::ranges::sort(island.contacts, {}, joint_order);
-  return work.agreement.any(missed || blocked);
+  return missed || blocked;
 }
 
 /// Contacts, but for bonds and springs, of a block whose velocity jumps towards the other one are

@@ -187,7 +187,7 @@ void detect(const CompiledScene& compiled, const StepOptions& options, const Sta
   work.known_reaches = {};
   work.all_changed = true;
   std::ranges::fill(work.at_rest, 0);
-  const double opening = work.agreement.largest(largest_opening(compiled, state.contacts));
+  const double opening = largest_opening(compiled, state.contacts);
   const SearchedState searched{state.blocks, opening, state.time};
   const std::vector<int> moved = blocks_that_can_move(compiled);
   find(compiled, searched, Reach(compiled, options, searched, moved, work.known_reaches), moved,

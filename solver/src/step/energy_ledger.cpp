@@ -7,7 +7,6 @@
 #include "base/index.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
-#include "distributed/agreement.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
 
@@ -72,7 +71,6 @@ void account_loads(const SubStep& step, const StepPoses& poses, StepEnergy& ener
 
 /// Of a contact, J.
 struct ContactShare {
-  int number = 0;  ///< LinearContact::number
   double load_work = 0.0;
   ContactWork work;
 };
@@ -96,7 +94,6 @@ double shear_energy(const BodyContact& contact, const StepPoses& poses) {
 ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
                              const StepPoses& poses, StepEnergy& energy) {
   ContactShare share;
-  share.number = c.number;
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
   const auto push = [&](int idle, int other, const ContactJacobian& jacobian,
@@ -119,28 +116,6 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
   }
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
   return share;
-}
-
-/// In the order of the list of all processes: sums are then those of one.
-void account_contacts(const SubStep& step, const StepPoses& poses,
-                      std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
-                      StepEnergy& energy) {
-  const Agreement all = agreement(step.options);
-  const Slots& slots = step.island.slots;
-  std::vector<ContactShare> shares;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactShare share = account_contact(contacts[i], linear[i], poses, energy);
-    if (!all.shares()) {
-      add(share, energy);
-    } else if (all.counts(slots, linear[i].slot_a, linear[i].slot_b)) {
-      shares.push_back(share);
-    }
-  }
-  shares = all.of_all(shares);
-  std::ranges::sort(shares, {}, &ContactShare::number);
-  for (const ContactShare& share : shares) add(share, energy);
-  all.complete(slots, energy.stored);
-  all.complete(slots, energy.work_on);
 }
 
 /// A tie pushes its blocks as a spring does; an end that is moved does work.
@@ -211,7 +186,9 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
-  account_contacts(step, poses, contacts, linear, energy);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    add(account_contact(contacts[i], linear[i], poses, energy), energy);
+  }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step, step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h],
                  poses, energy);
@@ -246,7 +223,6 @@ double unbalance(const SubStep& step, const StepPoses& poses,
     largest = std::max(largest, load.at(poses.start[index(load.block)], step.load_time()).norm());
   }
   for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
-  largest = agreement(step.options).largest(largest);
   if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
   return largest > 0.0 ? unbalanced / largest : 0.0;
 }

@@ -95,11 +95,9 @@ bool islands_stay(const StepRun& run) {
 
 void form_islands(const StepRun& run) {
   if (is_paper_method(run.options.method)) return form_whole_scene(run);
-  const bool alone = !run.work.agreement.shares();
-  if (alone && !run.work.islands.empty() && islands_stay(run)) return;
+  if (!run.work.islands.empty() && islands_stay(run)) return;
   run.work.joined.part(run.compiled.models.size());
   join_blocks(run.compiled, run.work.found, run.work.joined);
-  run.work.joined.join(run.work.agreement);
   form(run);
 }
 
@@ -122,8 +120,6 @@ bool join_islands_that_met(const StepRun& run) {
     work.joined.join(point.key.a, point.key.b);
     met = true;
   }
-  met = work.agreement.any(met);
-  work.joined.join(work.agreement);
   if (met) form(run);
   return met;
 }
@@ -179,7 +175,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
     island->found_before = island->found.size();
   }
   if (all_go_on) return;
-  const double opening = work.agreement.largest(largest_opening(run.compiled, run.state.contacts));
+  const double opening = largest_opening(run.compiled, run.state.contacts);
   KnownReaches& reaches = work.start_reaches;
   reaches.fall = -1.0;  // of all blocks, anew
   const Reach reach(run.compiled, run.options, {run.state.blocks, opening, run.state.time}, {},
@@ -189,7 +185,7 @@ void start_islands(const StepRun& run, std::span<Island* const> islands) {
   // Contacts of two islands now.
   const bool parted = share_out(work, run.state.contacts, Sharing::Referred, &Island::history);
   for (Island* island : islands) {
-    island->reach = work.agreement.largest(largest_reach(reach, island->found));
+    island->reach = largest_reach(reach, island->found);
     island->contacts_before = parted ? kNotKnown : island->history.size();
     island->found_before = between ? kNotKnown : island->found.size();
   }

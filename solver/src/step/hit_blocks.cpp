@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "base/index.hpp"
-#include "distributed/agreement.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -37,9 +36,6 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
     add(linear[i].slot_a);
     add(linear[i].slot_b);
   }
-  const Agreement all = agreement(step.options);
-  grows = all.any(grows);
-  if (grows) all.any(hit);
   const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
   while (grows) {
     grows = false;
@@ -48,8 +44,6 @@ void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
       if (is_hit(linear[i].slot_a)) add(linear[i].slot_b);
       if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
     }
-    grows = all.any(grows);
-    if (grows) all.any(hit);
   }
 }
 
@@ -60,11 +54,7 @@ double first_impact(const SubStep& step, std::span<const LinearContact> linear) 
     if (!is_impact(step, c, Impacts::Solved)) continue;
     first = first > 0.0 ? std::min(first, c.closing_share) : c.closing_share;
   }
-  const Agreement all = agreement(step.options);
-  if (!all.shares()) return first;
-  const double none = std::numeric_limits<double>::infinity();
-  const double least = -all.largest(first > 0.0 ? -first : -none);
-  return least < none ? least : 0.0;
+  return first;
 }
 
 double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
@@ -90,9 +80,8 @@ double shift_of_supports(const SubStep& step, std::span<const BodyContact> conta
     bear(linear[contacts.size() + h].slot_b,
          way.at(step.end_time()) - way.at(step.end_time() - step.length));
   }
-  const Agreement all = agreement(step.options);
   Vector3 shift;
-  for (int k = 0; k < 3; ++k) shift[k] = all.largest(high[k]) + all.largest(low[k]);
+  for (int k = 0; k < 3; ++k) shift[k] = high[k] + low[k];
   return shift.minCoeff() >= 0.0 ? shift.norm() : 0.0;  // there are no supports
 }
 

@@ -5,7 +5,6 @@
 
 #include "base/index.hpp"
 #include "contact/joint_law.hpp"
-#include "distributed/agreement.hpp"
 #include "step/contact_record.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
@@ -287,7 +286,7 @@ double follow_openings(VelocityProblem& problem) {
 }
 
 /// What the positions' forces have done is part of the velocities.
-void take_off_forces(const SubStep& step, VelocityProblem& problem) {
+void take_off_forces(VelocityProblem& problem) {
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0) {
       problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
@@ -296,7 +295,6 @@ void take_off_forces(const SubStep& step, VelocityProblem& problem) {
       problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
     }
   }
-  agreement(step.options).complete(step.island.slots, problem.force);
 }
 
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
@@ -308,7 +306,6 @@ void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
     pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
         0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
   }
-  agreement(step.options).complete(step.island.slots, pushed);
 }
 
 /// Within the law: what pushed before an impact may have mended gaps, and friction that velocities
@@ -377,20 +374,19 @@ void record_impulses(const ImpactStep& at, std::span<const BodyContact> contacts
 void attempt_velocities(const SubStep& step, std::span<const BodyContact> contacts,
                         AttemptMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
   const std::vector<int>& own = step.island.slots.block_of_slot;
-  const Agreement all = agreement(step.options);
-  const bool none = all.all(std::ranges::none_of(attempt.positions, takes_part));
+  const bool none = std::ranges::none_of(attempt.positions, takes_part);
   if (own.empty() || (none && step.island.held.empty())) return;
   ImpactMemory& impact = memory.impact;
   VelocityProblem& problem = impact.problem;
   const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
-  if (all.any(std::ranges::any_of(attempt.linear, closed))) {
+  if (std::ranges::any_of(attempt.linear, closed)) {
     set_free_velocity_gain(step, memory.terms, blocks.poses, impact.free_gain);
   }
   const ImpactStep at{step,       memory.terms,     blocks.poses,
                       blocks.end, impact.free_gain, step.bounce_speed()};
   set_blocks(at, contacts, attempt, problem);
   set_contacts(at, contacts, attempt, problem);
-  take_off_forces(step, problem);
+  take_off_forces(problem);
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.gap_rounding = attempt.rounding;
@@ -419,7 +415,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     add(solved, total);
     if (!solved.converged) note_changes(problem.contacts, attempt);
     set_pushed_work(step, problem, impact.pushed);
-    again = all.largest(follow_openings(problem)) > tuning.gap_tolerance && left-- > 0;
+    again = follow_openings(problem) > tuning.gap_tolerance && left-- > 0;
     if (again) continue;
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
   }
@@ -428,7 +424,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   total.condition = attempt.solved.condition;
   attempt.solved = total;
   attempt.squeezed = attempt.squeezed || (!total.converged && attempt.shift > 0.0) ||
-                     is_squeezed(step, attempt.shift, problem.contacts);
+                     is_squeezed(attempt.shift, problem.contacts);
   const double allowed = memory.solver.yielding() ? kAllowedYielding : kAllowed;
   bound_energy(
       step,

@@ -55,10 +55,7 @@ bool all_known(const Workspace& work) {
   });
 }
 
-namespace {
-
-/// Of this process.
-Extremes own_extremes(const CompiledScene& compiled, const State& state, const Workspace& work) {
+Extremes extremes(const CompiledScene& compiled, const State& state, const Workspace& work) {
   Extremes all;
   if (all_known(work)) {
     for (const auto& island : work.islands) add(island->extremes, all);
@@ -70,37 +67,6 @@ Extremes own_extremes(const CompiledScene& compiled, const State& state, const W
     note_block(now, static_cast<int>(b), vertex_speed(compiled.models[b], now), all);
   }
   note_contacts(compiled, state.contacts, work.found, all);
-  return all;
-}
-
-}  // namespace
-
-Extremes extremes(const CompiledScene& compiled, const State& state, const Workspace& work,
-                  std::vector<ToldExtremes>& told) {
-  Extremes all = own_extremes(compiled, state, work);
-  if (!work.agreement.shares()) return all;
-  all.closed = static_cast<int>(std::ranges::count_if(state.contacts, [&](const Contact& contact) {
-    return contact.mode != ContactMode::Open &&
-           work.agreement.owns(first_with_unknowns(compiled, contact.point.key));
-  }));
-  ToldExtremes mine{.extremes = all};
-  const auto tell = [](const geometry::ContactPoint* from, geometry::ContactPoint& to) {
-    if (from != nullptr) to = *from;
-  };
-  tell(all.found_point, mine.found);
-  tell(all.held_point, mine.held);
-  tell(all.vanished, mine.vanished);
-  told = work.agreement.of_all(std::span<const ToldExtremes>(&mine, 1));
-  all = {};
-  for (ToldExtremes& part : told) {
-    const auto hear = [](const geometry::ContactPoint& from, const geometry::ContactPoint*& to) {
-      if (to != nullptr) to = &from;
-    };
-    hear(part.found, part.extremes.found_point);
-    hear(part.held, part.extremes.held_point);
-    hear(part.vanished, part.extremes.vanished);
-    add(part.extremes, all);
-  }
   return all;
 }
 

@@ -10,15 +10,8 @@ namespace quoin::solver {
 /// otherwise than the one before.
 void note_islands(const CompiledScene& compiled, const State& state, Workspace& work);
 
-/// What one of several processes tells the others, with the points that it speaks of.
-struct ToldExtremes {
-  Extremes extremes{};
-  geometry::ContactPoint found{}, held{}, vanished{};
-};
-
-/// Of the whole scene. `told`: holds the points of several processes.
-Extremes extremes(const CompiledScene& compiled, const State& state, const Workspace& work,
-                  std::vector<ToldExtremes>& told);
+/// Of the whole scene.
+Extremes extremes(const CompiledScene& compiled, const State& state, const Workspace& work);
 
 /// What is known of all islands holds for the state and its contact points.
 bool all_known(const Workspace& work);

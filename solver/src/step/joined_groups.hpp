@@ -6,8 +6,6 @@
 #include <numeric>
 #include <vector>
 
-#include "distributed/agreement.hpp"
-
 namespace quoin::solver {
 
 /// Union–find: a group is named by its least member. Keeps the memory between calls of part().
@@ -22,16 +20,6 @@ class JoinedGroups {
   void join(int a, int b) {
     const auto [low, high] = std::minmax({least(a), least(b)});
     toward(high) = low;
-  }
-
-  /// Takes over what any of several processes has joined.
-  void join(const Agreement& agreement) {
-    if (!agreement.shares()) return;
-    std::vector<std::pair<int, int>> joined;
-    for (int i = 0; i < static_cast<int>(toward_.size()); ++i) {
-      if (least(i) != i) joined.emplace_back(i, least(i));
-    }
-    for (const auto& [a, b] : agreement.of_all(joined)) join(a, b);
   }
 
   /// The least member of i's group.

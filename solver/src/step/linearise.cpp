@@ -8,7 +8,6 @@
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
-#include "distributed/agreement.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -297,27 +296,6 @@ void set_tie_law(const SubStep& step, int number, LinearContact& c) {
   c.force[0] = step.ties[index(number)].force;
 }
 
-/// Places in the list of all processes: contacts by their keys, then held points.
-void set_numbers(const SubStep& step, std::span<const BodyContact> contacts,
-                 std::span<LinearContact> linear) {
-  const Agreement all = agreement(step.options);
-  if (!all.shares()) return;
-  std::vector<geometry::ContactKey> keys;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const bool counts = all.counts(step.island.slots, linear[i].slot_a, linear[i].slot_b);
-    if (counts) keys.push_back(contacts[i].state.point.key);
-  }
-  keys = all.of_all(keys);
-  std::ranges::sort(keys);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const auto at = std::ranges::lower_bound(keys, contacts[i].state.point.key);
-    linear[i].number = static_cast<int>(at - keys.begin());
-  }
-  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
-    linear[contacts.size() + h].number = static_cast<int>(keys.size() + h);
-  }
-}
-
 }  // namespace
 
 Matrix3 quiet_frame(const QuietPoint& quiet, const Pose& pose) {
@@ -390,14 +368,12 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     c.law = ContactLaw::Bilateral;
     c.compliant = step.dynamic();
   }
-  set_numbers(step, contacts, linear);
 }
 
 void set_free_increment(const SubStep& step, const StepPoses& poses,
                         std::span<const BodyContact> contacts, BlockTerms& terms) {
   const auto may_close = [](const BodyContact& contact) { return !contact.was_closed; };
-  const Agreement all = agreement(step.options);
-  if (!all.any(std::ranges::any_of(contacts, may_close))) return;  // nobody asks
+  if (!std::ranges::any_of(contacts, may_close)) return;  // nobody asks
   terms.free_increment = terms.force;
   for (const BodyContact& contact : contacts) {
     add_last_force(step, poses, contact, terms.free_increment);
@@ -407,7 +383,6 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
     const int n = terms.compliance.width();
     increment.head(n) = (terms.compliance[s] * increment.head(n)).eval();
   }
-  all.complete(step.island.slots, terms.free_increment);
 }
 
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,

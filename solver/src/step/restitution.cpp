@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/index.hpp"
-#include "distributed/agreement.hpp"
 #include "step/energy_bound.hpp"
 
 namespace quoin::solver {
@@ -29,14 +28,12 @@ double mechanical_energy(const SubStep& step, std::size_t block,
 
 void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
                         const SquareBlocks& compliance, std::span<const BlockState> end) {
-  const Agreement all = agreement(step.options);
   const std::size_t slots = problem.force.size();
   joined_.part(slots);
   for (const LinearContact& c : problem.contacts) {
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
   }
   for (const auto& [a, b] : problem.pushed_before) joined_.join(a, b);
-  joined_.join(all);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));
   bouncing_.assign(slots, 0);
@@ -48,9 +45,6 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
     if (!c.start.isZero(0.0)) driven_[group_of(c)] = 1;
     if (problem.starts[i].bounce != 0.0) bouncing_[group_of(c)] = 1;
   }
-  all.any(bouncing_);
-  all.any(grounded_);
-  all.any(driven_);
   shares_.assign(bouncing_.begin(), bouncing_.end());
   if (std::ranges::none_of(bouncing_, [](char bounces) { return bounces != 0; })) return;
   free_.assign(slots, 0.0);

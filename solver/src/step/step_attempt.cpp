@@ -7,7 +7,6 @@
 #include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
-#include "distributed/agreement.hpp"
 #include "iteration/contact_problem.hpp"
 #include "step/contact_record.hpp"
 #include "step/hit_blocks.hpp"
@@ -79,8 +78,7 @@ void show_contact_problem(const SubStep& step, const BlockTerms& terms,
 }
 
 /// Largest overlap where the blocks end beyond what the linearisations say, m.
-double unforeseen_overlap(const SubStep& step, const StepPoses& poses,
-                          std::span<const BodyContact> contacts,
+double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> contacts,
                           std::span<const LinearContact> linear) {
   double largest = 0.0;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -89,7 +87,7 @@ double unforeseen_overlap(const SubStep& step, const StepPoses& poses,
     const double gap = contact_geometry(contact, a, b).gap - contact.opening;
     largest = std::max(largest, std::min(linear[i].relative[0], 0.0) - gap);
   }
-  return agreement(step.options).largest(largest);
+  return largest;
 }
 
 /// The blocks follow the contacts' forces as they are: nothing is solved. Largest motion that
@@ -103,7 +101,6 @@ double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
     if (c.slot_a >= 0) pushed[index(c.slot_a)] += c.jacobian_a.push(c.force);
     if (c.slot_b >= 0) pushed[index(c.slot_b)] += c.jacobian_b.push(c.force);
   }
-  agreement(step.options).complete(step.island.slots, pushed);
   double change = 0.0;
   for (std::size_t s = 0; s < increment.size(); ++s) {
     Vector12 next = Vector12::Zero();
@@ -182,7 +179,7 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact>
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
   const double overlap = kUnforeseen * crowd_tolerance(step.options.tolerance) * size;
-  const bool foreseen = unforeseen_overlap(step, poses, contacts, linear) <= overlap;
+  const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= overlap;
   const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
   const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
   if (mended && settle(step, contacts, memory, poses, linear)) return true;
@@ -206,7 +203,7 @@ OpenCloseOptions tuning_of(const SubStep& step, std::span<const BodyContact> con
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
   tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
   tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
-  tuning.breaks = agreement(step.options).any(may_fail(contacts));
+  tuning.breaks = may_fail(contacts);
   tuning.redundant = !step.dynamic() && many_deform(step.island.slots);
   return tuning;
 }
@@ -223,7 +220,7 @@ OpenCloseResult solve_linearised(const SubStep& step, std::span<BodyContact> con
     set_force(step, poses, terms);
     linearise(step, terms, poses, memory.ties, contacts, linear);
   }
-  tuning.gap_rounding = agreement(step.options).largest(gap_rounding(linear));
+  tuning.gap_rounding = gap_rounding(linear);
   by_slot(step.island.slots, poses.increment, memory.increment);
   memory.clock.charge(&PhaseSeconds::assemble);
   if (tuning.predicted) {
@@ -267,9 +264,8 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
                         : solved.closed ? agrees(pass, tuning, before, change)
                                         : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
-    const bool lags =
-        agreed && pass < kStrictLinearisations &&
-        agreement(step.options).any(strength_lags(contacts, linear, step.options.tolerance));
+    const bool lags = agreed && pass < kStrictLinearisations &&
+                      strength_lags(contacts, linear, step.options.tolerance);
     if (agreed && !lags) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
@@ -342,9 +338,7 @@ OpenCloseResult solve_and_judge(const SubStep& step, std::vector<BodyContact>& c
     set_pairs(linear, memory.terms.base);
     add(solve_positions(step, contacts, memory, poses, linear), total);
     again = total.converged &&
-            agreement(step.options)
-                .any(fail_overloaded(contacts, std::span(linear).first(contacts.size()),
-                                     step.parting_gap()));
+            fail_overloaded(contacts, std::span(linear).first(contacts.size()), step.parting_gap());
     again = (total.converged && break_ties(step, poses, memory.ties)) || again;
     if (again) memory.solver.allow(step.options.max_iterations);
   }
@@ -383,7 +377,7 @@ bool holds_strain(const SubStep& step, const AttemptMemory& memory, const StepPo
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
     holds = holds || (step.compiled.models[b].unknowns == 12 && !poses.deforms[b]);
   }
-  return agreement(step.options).any(holds);
+  return holds;
 }
 
 /// What contacts that yield may leave of gaps where hard ones may have no solution, m.
@@ -395,9 +389,8 @@ double unsolved_gap(const SubStep& step) {
 /// contradict each other.
 bool holds_points(const SubStep& step, std::span<const LinearContact> held) {
   const double limit = unsolved_gap(step);
-  return agreement(step.options).all(std::ranges::all_of(held, [&](const LinearContact& c) {
-    return c.relative.norm() <= limit;
-  }));
+  return std::ranges::all_of(held,
+                             [&](const LinearContact& c) { return c.relative.norm() <= limit; });
 }
 
 /// Whether contacts that yield make way for supports that close: these sink into blocks, or blocks
@@ -413,15 +406,14 @@ bool makes_way(const SubStep& step, std::span<const BodyContact> contacts,
     return c.relative[0] < std::min(-limit, c.start[0] - further) ||
            (c.mode == ContactMode::Stick && stretch > std::max(limit, before + further));
   };
-  return shift > 0.0 &&
-         agreement(step.options).any(std::ranges::any_of(linear.first(contacts.size()), yields));
+  return shift > 0.0 && std::ranges::any_of(linear.first(contacts.size()), yields);
 }
 
 }  // namespace
 
-bool is_squeezed(const SubStep& step, double shift, std::span<const LinearContact> linear) {
+bool is_squeezed(double shift, std::span<const LinearContact> linear) {
   const auto overlaps = [&](const LinearContact& c) { return c.relative[0] < -kSqueezed * shift; };
-  return shift > 0.0 && agreement(step.options).any(std::ranges::any_of(linear, overlaps));
+  return shift > 0.0 && std::ranges::any_of(linear, overlaps);
 }
 
 void attempt_positions(const SubStep& step, const LastSubStep& last,
@@ -437,7 +429,6 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   for (const int t : step.island.ties) memory.ties.push_back(step.ties[index(t)]);
   predict(step, last, poses);
   set_matrices(step, poses, memory.terms);
-  const Agreement all = agreement(step.options);
   OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
   if (memory.solver.yielding() &&
       !holds_points(step,
@@ -448,14 +439,14 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
       holds_strain(step, memory, poses)
           ? shift_of_supports(step, contacts, attempt.linear, memory.expected_hit, poses)
           : 0.0;
-  attempt.squeezed =
-      total.converged ? memory.solver.yielding() && is_squeezed(step, attempt.shift, attempt.linear)
-                      : attempt.shift > 0.0;
+  attempt.squeezed = total.converged
+                         ? memory.solver.yielding() && is_squeezed(attempt.shift, attempt.linear)
+                         : attempt.shift > 0.0;
   if (total.converged && !attempt.squeezed && memory.solver.yielding() &&
       makes_way(step, contacts, attempt.linear, poses)) {
     total.converged = false;
   }
-  if (!total.converged && !attempt.squeezed && all.any(may_fail(contacts))) {
+  if (!total.converged && !attempt.squeezed && may_fail(contacts)) {
     add(break_weakest(step, last, contacts, memory, poses, attempt.linear), total);
     if (std::exchange(total.converged, false)) {
       add(solve_and_judge(step, contacts, memory, poses, attempt.linear), total);
@@ -478,8 +469,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   }
   account(step, poses, contacts, attempt.linear, attempt.ties, attempt.energy);
   attempt.unbalance = unbalance(step, poses, attempt.linear);
-  attempt.stiffest_omega_dt =
-      all.largest(stiffest_omega_dt(attempt.linear, memory.terms.compliance));
+  attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
   attempt.displacement = largest_displacement(step, poses);
   for (const int block : step.island.slots.block_of_slot) {
     blocks.end[index(block)] = end_state(step, poses, index(block));
@@ -490,7 +480,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
-  attempt.rounding = all.largest(gap_rounding(attempt.linear));
+  attempt.rounding = gap_rounding(attempt.linear);
   note_positions(step, attempt);
   record({contacts, attempt.linear, attempt.hit}, poses, attempt.contacts);
 }

@@ -85,7 +85,7 @@ class AttemptMethod {
 };
 
 /// Whether contacts leave overlaps that the shift of supports makes, for blocks move rigidly.
-bool is_squeezed(const SubStep& step, double shift, std::span<const LinearContact> linear);
+bool is_squeezed(double shift, std::span<const LinearContact> linear);
 
 /// Solves for the increments of the sub-step with these contacts, whose joints it may find to fail.
 void attempt_positions(const SubStep& step, const LastSubStep& last,

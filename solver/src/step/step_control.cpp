@@ -115,10 +115,11 @@ int halvings(const StepRun& run, const Island& island) {
     return way > kFarthest * size && contact.state.point.gap < way;
   });
   double most = 0.0;
-  for (const int block : island.own()) most = std::max(most, free_turn(run, island, block));
-  most = run.work.agreement.largest(is_paper_method(run.options.method) ? 0.0 : most);
+  if (!is_paper_method(run.options.method)) {
+    for (const int block : island.own()) most = std::max(most, free_turn(run, island, block));
+  }
   const int turns = most > kLargestTurn ? std::ilogb(3.0 * most / kLargestTurn) + 1 : 0;
-  return std::max(turns, run.work.agreement.any(jumps) ? 1 : 0);
+  return std::max(turns, jumps ? 1 : 0);
 }
 
 /// The attempt took all forces as they were, and nothing moved, to the last bit.
@@ -134,11 +135,11 @@ bool stood_still(const StepRun& run, const Island& island) {
 }
 
 /// No contact slid, opened or closed in the attempt: the island moves as one body, if at all.
-bool keeps_modes(const StepRun& run, const Island& island) {
+bool keeps_modes(const Island& island) {
   const auto keeps = [](const SolvedContact& c) {
     return c.mode == (c.was_closed ? ContactMode::Stick : ContactMode::Open);
   };
-  return run.work.agreement.all(std::ranges::all_of(island.attempt.positions, keeps));
+  return std::ranges::all_of(island.attempt.positions, keeps);
 }
 
 /// Energy in the springs that the island has from the last sub-step, J; `stored`: by slot.
@@ -247,7 +248,7 @@ void accept(const StepRun& run, Island& island, double growth) {
   const SubStep step = sub_step(run, island);
   const StepEnergy& energy = island.attempt.energy;
   island.still = stood_still(run, island);
-  const int crowd = keeps_modes(run, island) ? 0 : island.memory.solver.crowd();
+  const int crowd = keeps_modes(island) ? 0 : island.memory.solver.crowd();
   book(energy, growth, island.energy);
   if (step.dynamic()) {
     note_turns(run, island);
@@ -725,7 +726,7 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
   std::vector<Pose> poses;
   for (const BlockState& block : state.blocks) poses.push_back(pose(block));
   std::vector<BodyContact> contacts;
-  const double opening = work.agreement.largest(largest_opening(compiled, state.contacts));
+  const double opening = largest_opening(compiled, state.contacts);
   const SearchedState searched{state.blocks, opening, state.time};
   KnownReaches reaches;
   const double reach = Reach(compiled, options, searched, {}, reaches).largest();
@@ -740,7 +741,6 @@ double initial_spring_energy(const CompiledScene& compiled, const StepOptions& o
     const int slot = a >= 0 ? a : compiled.slots.slot_of_block[index(tie.b)];
     work.stored[index(slot)] += stored_energy(tie, state.ties[t]);
   }
-  work.agreement.complete(compiled.slots, work.stored);
   return std::accumulate(work.stored.begin(), work.stored.end(), 0.0);
 }
 

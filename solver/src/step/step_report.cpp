@@ -54,24 +54,6 @@ void note_growth(const Workspace& work, const Island& island, double noise,
   evidence.energy_block = island.own().front();
 }
 
-/// An overlap that no contact held.
-struct MissingPoint {
-  int island = 0;
-  geometry::ContactPoint point;
-};
-
-/// Of the last island that has one; none: no such island. Of several processes, the last one.
-std::vector<MissingPoint> last_missing(const Workspace& work) {
-  std::vector<MissingPoint> missing;
-  for (std::size_t i = 0; i < work.islands.size(); ++i) {
-    if (work.islands[i]->missing) missing = {{static_cast<int>(i), *work.islands[i]->missing}};
-  }
-  missing = work.agreement.of_all(missing);
-  std::ranges::sort(missing, std::greater{},
-                    [](const MissingPoint& m) { return std::pair(m.island, m.point.key); });
-  return missing;
-}
-
 void append_flags(const CompiledScene& compiled, const StepOptions& options, double time,
                   const Workspace& work, const Extremes& extremes, StepReport& report) {
   StepEvidence evidence{
@@ -83,6 +65,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
   const double gravity =
       std::max(compiled.scene.gravity.at(start).norm(), compiled.scene.gravity.at(time).norm());
   for (const auto& island : work.islands) {
+    if (island->missing) evidence.missing = &*island->missing;
     const double tolerance = options.tolerance * island->blocks.smallest_size;
     const double rounding = island->count.rounding;
     if (rounding / tolerance > evidence.rounding / evidence.gap_tolerance) {
@@ -99,24 +82,7 @@ void append_flags(const CompiledScene& compiled, const StepOptions& options, dou
                          rounding_of_strain(compiled, work, *island);
     note_growth(work, *island, noise, evidence);
   }
-  const std::vector<MissingPoint> missing = last_missing(work);
-  if (!missing.empty()) evidence.missing = &missing.front().point;
   append_flags(compiled, extremes, evidence, report);
-}
-
-/// What each of several processes has counted.
-void sum_counts(const CompiledScene& compiled, const State& state, const Workspace& work,
-                StepReport& report) {
-  report.contact_count = static_cast<int>(state.contacts.size());
-  if (!work.agreement.shares()) return;
-  const auto sum = [&](auto mine) {
-    return static_cast<int>(work.agreement.sum(static_cast<double>(mine)));
-  };
-  report.contact_count = sum(std::ranges::count_if(state.contacts, [&](const Contact& contact) {
-    return work.agreement.owns(first_with_unknowns(compiled, contact.point.key));
-  }));
-  report.candidate_pairs = sum(report.candidate_pairs);
-  report.searched_pairs = sum(report.searched_pairs);
 }
 
 }  // namespace
@@ -165,8 +131,7 @@ FightingContacts fighting(const StepRun& run, const Island& island) {
   for (std::size_t i = 0; i < island.contacts.size() && i < positions.size(); ++i) {
     const BodyContact& contact = island.contacts[i];
     const double change = positions[i].change;
-    const int block = first_with_unknowns(run.compiled, contact.state.point.key);
-    if (!(change > 0.0) || !run.work.agreement.owns(block)) continue;
+    if (!(change > 0.0)) continue;
     const Vector3 place = run.state.origin + contact.state.point.point();
     const FightingContact now{contact.a, contact.b, place, change};
     if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
@@ -175,7 +140,6 @@ FightingContacts fighting(const StepRun& run, const Island& island) {
       all.back() = now;
     }
   }
-  all = run.work.agreement.of_all(all);
   std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
   FightingContacts worst;
   worst.count = std::min(all.size(), worst.contacts.size());
@@ -189,10 +153,9 @@ void report_end(const CompiledScene& compiled, const StepOptions& options, const
   report.islands = static_cast<int>(work.islands.size());
   report.islands_at_rest = static_cast<int>(
       std::ranges::count_if(work.islands, [](const auto& island) { return island->at_rest; }));
-  sum_counts(compiled, state, work, report);
+  report.contact_count = static_cast<int>(state.contacts.size());
   if (report.status == StepStatus::Converged) note_islands(compiled, state, work);
-  std::vector<ToldExtremes> told;
-  const Extremes all = extremes(compiled, state, work, told);
+  const Extremes all = extremes(compiled, state, work);
   report.closed_count = all.closed;
   report.largest_overlap = std::max(report.largest_overlap, all.overlap);
   report.largest_strain = std::max(report.largest_strain, all.strain);

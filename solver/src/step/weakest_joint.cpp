@@ -6,7 +6,6 @@
 #include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
-#include "distributed/agreement.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -29,7 +28,6 @@ std::vector<char> choose_weakest(const SubStep& step, std::span<const BodyContac
     note(contacts[i].a, loads[i]);
     note(contacts[i].b, loads[i]);
   }
-  agreement(step.options).complete(step.island.slots, largest);
   const auto is_largest = [&](int block, double load) {
     return slot(block) < 0 || load >= kSameLoad * largest[index(slot(block))];
   };
@@ -48,13 +46,11 @@ struct LoadedJoints {
   std::vector<double> loads(std::span<const LinearContact> linear) const {
     double largest = 0.0;
     for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
-    return joint_loads(contacts, linear, agreement(step.options).largest(largest));
+    return joint_loads(contacts, linear, largest);
   }
 
   bool overloaded(std::span<const double> loads) const {
-    return agreement(step.options).any(std::ranges::any_of(loads, [](double load) {
-      return load > 1.0;
-    }));
+    return std::ranges::any_of(loads, [](double load) { return load > 1.0; });
   }
 
   /// Forces that grow for ever, from before they did, until the first joint has its strength, to a
@@ -87,9 +83,8 @@ bool fail_weakest(const SubStep& step, const OpenCloseResult& solved,
   const LoadedJoints joints{step, contacts};
   std::vector<LinearContact> loaded(linear.begin(), linear.end());
   const std::vector<double> loads = solved.infeasible ? joints.grow(loaded) : joints.loads(loaded);
-  const Agreement all = agreement(step.options);
-  if (all.any(fail_chosen(contacts, loaded, choose_weakest(step, contacts, loads)))) return true;
-  return !solved.infeasible && all.any(fail_opened(contacts, linear, step.parting_gap()));
+  if (fail_chosen(contacts, loaded, choose_weakest(step, contacts, loads))) return true;
+  return !solved.infeasible && fail_opened(contacts, linear, step.parting_gap());
 }
 
 }  // namespace quoin::solver

@@ -11,17 +11,12 @@ int useful_threads(const CompiledScene& compiled, int given) {
   return std::min(given, std::max(1, compiled.slots.count()));
 }
 
-/// Pairs of two blocks without unknowns are never tested, nor are those of two blocks of other
-/// processes.
-geometry::BodyOptions body_options(const CompiledScene& compiled, const Agreement& agreement,
-                                   int block) {
-  constexpr std::uint32_t kOwn = 1, kOther = 2;
+/// Pairs of two blocks without unknowns are never tested.
+geometry::BodyOptions body_options(const CompiledScene& compiled, int block) {
   const bool idle = compiled.idle[static_cast<std::size_t>(block)] != 0;
   geometry::BodyOptions options;
   options.motion = idle ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
-  const bool other = agreement.shares() && (idle || !agreement.owns(block));
-  options.category = is_absent(compiled, block) ? 0u : other ? kOther : kOwn;
-  options.collides_with = other ? kOwn : kOwn | kOther;
+  if (is_absent(compiled, block)) options.category = 0;
   return options;
 }
 
@@ -39,8 +34,7 @@ double vertex_rounding(const CompiledScene& compiled) {
 }  // namespace
 
 Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
-    : agreement(solver::agreement(options)),
-      threads_wanted(useful_threads(compiled, options.threads)),
+    : threads_wanted(useful_threads(compiled, options.threads)),
       threads(threads_wanted),
       finder({.executor = &threads,
               .frame = geometry::PointFrame::Bodies,
@@ -67,7 +61,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
   for (std::size_t b = 0; b < compiled.models.size(); ++b) {
     const BlockModel& model = compiled.models[b];
     const geometry::Placement at = placement(model, pose(model.start));
-    const geometry::BodyOptions use = body_options(compiled, agreement, static_cast<int>(b));
+    const geometry::BodyOptions use = body_options(compiled, static_cast<int>(b));
     std::vector<geometry::CompoundPart> parts;
     if (model.parts) {
       for (const ReferencePart& part : *model.parts) parts.push_back({part.shape});

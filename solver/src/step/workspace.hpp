@@ -53,8 +53,6 @@ struct KnownReaches {
 struct Workspace : StepMemory {
   explicit Workspace(const CompiledScene& compiled, const StepOptions& options);
 
-  /// Of the processes that solve together: the finder knows pairs with a block of this one alone.
-  const Agreement agreement;
   int threads_wanted;  ///< no more than blocks that move
   geometry::WorkerPool threads;
   geometry::ContactFinder finder;  ///< of blocks by handle(); absent ones collide with none

@@ -113,9 +113,9 @@ struct StepOptions {
   int max_iterations = 1000;
   /// Of the default's contact iteration. ProximalNewton, Paper and Penalty eliminate.
   LinearSolverKind linear_solver = LinearSolverKind::Automatic;
-  /// Of several processes that take the same steps (quoin/solver/ranks.hpp), each with the contacts
-  /// of its own blocks: solves what `linear_solver` names; Automatic: what would be Multigrid's, by
-  /// multigrid. None: this process is alone. The same for all steps of a simulation.
+  /// Of several processes that take the same steps (quoin/solver/ranks.hpp): solves what
+  /// `linear_solver` names; Automatic: what would be Multigrid's, by multigrid. None: this process
+  /// is alone. The same for all steps of a simulation.
   std::shared_ptr<DistributedSolver> distributed_solver{};
   double max_displacement_ratio = 0.0;  ///< largest displacement / block size; 0: no limit
   double smallest_time_step = 0.0;      ///< s; 0: time_step / 1024
@@ -277,9 +277,6 @@ class Simulation {
   const Scene& scene() const;
   const State& state() const;
   const StepOptions& options() const;
-  /// Of several processes that solve together, what they hold of State::contacts, each once, sorted
-  /// by key; all of them ask for the same ones.
-  std::vector<Contact> all_contacts(const std::function<bool(const Contact&)>& wanted) const;
   int threads() const;  ///< at work: no more than blocks that move, or than the system starts
   bool threads_refused() const;                  ///< the system starts no more
   void set_options(const StepOptions& options);  ///< from the next step on
@@ -310,7 +307,6 @@ class Simulation {
   Vector3 displacement(int block, const Vector3& reference_arm) const;
   /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
-  /// Both throw InputError where several processes solve together: each holds its own contacts.
   void save(std::ostream& out) const;
   /// Likewise when it is of blocks of other shapes, placements, kinds or materials, or cut short:
   /// then nothing has changed.

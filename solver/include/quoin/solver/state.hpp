@@ -77,9 +77,7 @@ struct State {
   long step = 0;
   Vector3 origin = Vector3::Zero();  ///< world = origin + what the state holds, m
   std::vector<BlockState> blocks;
-  /// Sorted by key. Of several processes (StepOptions::distributed_solver): those that touch own
-  /// blocks.
-  std::vector<Contact> contacts;
+  std::vector<Contact> contacts;     ///< sorted by key
   std::vector<Vector3> held_forces;  ///< of Scene::fixed_points: on the block, in the last step, N
   std::vector<TieState> ties;        ///< of Scene::ties
   /// Of the points of Scene::quiet_faces: what held them on their blocks in the last static step,

@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <quoin/solver/simulation.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -22,9 +21,7 @@ class Ranks {
   int rank() const;   ///< 0 … count() - 1
   int count() const;  ///< >= 1
 
-  int largest(int mine) const;  ///< all; the same everywhere
-  /// All; what each gave, in the order of ranks. Throws std::runtime_error beyond 2 GB.
-  std::vector<char> of_all(std::span<const char> mine) const;
+  int largest(int mine) const;                          ///< all; the same everywhere
   std::string of_first(const std::string& mine) const;  ///< all; what rank 0 gave
   /// All, or some: true where every rank has called it, false after so many seconds.
   bool all_come(double seconds) const;
