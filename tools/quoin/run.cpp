@@ -413,7 +413,7 @@ int run_alone(RunArguments& arguments) {
 void add_mpi(CLI::App& command, RunArguments& arguments) {
   CLI::Option* mpi = command.add_flag(
       "--mpi", arguments.mpi,
-      "share out contacts, large linear systems and ParaView files over the processes of mpirun");
+      "share out large linear systems and ParaView files over the processes of mpirun");
   for (const char* option : {"--resume", "--checkpoint", "--dump-steps"}) {
     mpi->excludes(command.get_option(option));
   }
