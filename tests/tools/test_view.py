@@ -371,6 +371,20 @@ class View(FolderTest):
         self.assertEqual([value(through.format(9, -20)), value(through.format(-9, 20))], [3, 0])  # the first on the ray
         self.clean()
 
+    def test_a_long_wall_stays_whole_when_the_window_narrows(self):
+        scene, beyond = self.folder / "wall.json", """(() => Math.max(...[0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
+            const ends = [quoin.low, quoin.high], corner = quoin.middle.clone();
+            corner.set(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z).project(quoin.camera);
+            return Math.max(Math.abs(corner.x), Math.abs(corner.y)); })))()"""
+        self.quoin("make", "wall", "--length", "20", "--height", "2", "--out", scene)
+        self.browser.size(1280, 730)
+        value = self.opened(scene)
+        self.assertLess(value(beyond), 1)
+        self.browser.size(1280, 800)
+        self.browser.value("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100)))")
+        self.assertLess(value(beyond), 1)
+        self.clean()
+
     def test_pairs(self):
         pairs = self.folder / "pairs.jsonl"
         box = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]

@@ -49,6 +49,7 @@ class Viewer {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener('change', () => this.redraw());
+    this.controls.addEventListener('start', () => { this.held = true; });
     this.frameBox(this.head.low, this.head.high);
   }
 
@@ -62,6 +63,8 @@ class Viewer {
   }
 
   home(direction = [-0.45, -1, 0.42]) {
+    this.from = direction;
+    this.held = false;
     const back = new Vector3(...direction).normalize(), right = new Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
     const tan = Math.tan(this.camera.fov * Math.PI / 360) / (this.marks.list.length > 0 ? 1.25 : 1.08), ends = [this.low, this.high];
     const away = Math.max(...Array.from({length: 8}, (_, i) => new Vector3(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z).sub(this.middle)).map(
@@ -426,7 +429,7 @@ class Viewer {
     });
     addEventListener('keydown', (e) => this.key(e));
     this.light.addEventListener('change', () => { this.histories.plot(); this.redraw(); });
-    new ResizeObserver(() => { this.fit(); this.histories.fit(); }).observe(get('view'));
+    new ResizeObserver(() => { this.fit(); this.draw(); this.histories.fit(); }).observe(get('view'));
   }
 
   key(event) {
@@ -450,7 +453,7 @@ class Viewer {
     this.renderer.setSize(box.width, box.height, false);
     this.camera.aspect = aspect;
     this.camera.updateProjectionMatrix();
-    if (turned) this.home(); else this.redraw();
+    if (turned || !this.held) this.home(this.from); else this.redraw();
   }
 }
 
