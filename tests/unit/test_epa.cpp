@@ -10,9 +10,9 @@
 #include "support/random.hpp"
 
 using namespace quoin;
-using geometry::Shape;
 using geometry::SearchOutcome;
 using geometry::SearchResult;
+using geometry::Shape;
 using geometry::Vector3;
 
 namespace {

@@ -5,8 +5,8 @@
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/nearest_features.hpp>
 
-#include "support/catch.hpp"
 #include "referee/pairs/families.hpp"
+#include "support/catch.hpp"
 
 namespace {
 
@@ -75,8 +75,8 @@ TEST_CASE("nearest features: a speck before a mountain, and both 1e8 m away") {
 
 TEST_CASE("nearest features: a wrong hint, of vertices that are not there, changes nothing") {
   const Shape a = cube({0, 0, 0});
-  const Shape b = transformed(
-      cube({0, 0, 0}), 1.0, rotation_about(Vector3(1, 2, 3).normalized(), 0.7), {0.3, 0.2, 1.6});
+  const Shape b = transformed(cube({0, 0, 0}), 1.0,
+                              rotation_about(Vector3(1, 2, 3).normalized(), 0.7), {0.3, 0.2, 1.6});
   const NearestFeatures cold = nearest_features(a, b);
   FeatureHint hint;
   hint.vertices_a = {7, 99, -5, 7};
@@ -119,8 +119,8 @@ TEST_CASE("nearest features: a placement that is none is a status, cold and warm
 
 TEST_CASE("nearest features: the certificate can be checked with two loops") {
   const Shape a = cube({0, 0, 0});
-  const Shape b = transformed(
-      cube({0, 0, 0}), 1.0, rotation_about(Vector3(3, 1, 2).normalized(), 1.1), {0.9, 0.8, 1.4});
+  const Shape b = transformed(cube({0, 0, 0}), 1.0,
+                              rotation_about(Vector3(3, 1, 2).normalized(), 1.1), {0.9, 0.8, 1.4});
   const NearestFeatures n = nearest_features(a, b);
   REQUIRE(n.status == PairStatus::Separated);
   double beyond_a = -1.0, beyond_b = -1.0;

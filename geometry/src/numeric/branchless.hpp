@@ -1,6 +1,6 @@
 #pragma once
-/// Maxima and minima that compilers turn into one instruction: those of the library become branches,
-/// which could not be foreseen. Internal.
+/// Maxima and minima that compilers turn into one instruction: those of the library become
+/// branches, which could not be foreseen. Internal.
 
 namespace quoin::geometry {
 

@@ -57,8 +57,7 @@ ccd_t settings(double tolerance) {
 using Penetration = int (*)(const void*, const void*, const ccd_t*, ccd_real_t*, ccd_vec3_t*,
                             ccd_vec3_t*);
 
-OracleAnswer depth_by(Penetration penetration, const Shape& a, const Shape& b,
-                      double tolerance) {
+OracleAnswer depth_by(Penetration penetration, const Shape& a, const Shape& b, double tolerance) {
   const ccd_t ccd = settings(tolerance);
   const Body body_a{&a, a.vertex(0)}, body_b{&b, a.vertex(0)};
   ccd_real_t depth = 0;

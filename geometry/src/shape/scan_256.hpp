@@ -114,8 +114,7 @@ bool alone_256(const Rows& rows, const Vec3& d, const Carriers& carriers, Suppor
   return (near & valid) == set && (beyond & valid) == set;
 }
 
-inline void beyond_256(const Rows& rows, const Vec3& d, double value,
-                                  VertexSet& vertices) {
+inline void beyond_256(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
   const Wide256 wide(d);
   const __m256d limit = _mm256_set1_pd(value);
   for (int v = 0; v < rows.count; v += 4) {
@@ -150,9 +149,7 @@ inline int count_256(const Rows& rows, const Vec3& d, double value) {
 
 struct Scan256 {
   static constexpr bool kFused = true;
-  static Support support(const Rows& rows, const Vec3& d) {
-    return support_256(rows, Wide256(d));
-  }
+  static Support support(const Rows& rows, const Vec3& d) { return support_256(rows, Wide256(d)); }
   static void beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
     beyond_256(rows, d, value, vertices);
   }
@@ -168,7 +165,7 @@ struct Scan256 {
     return count_256(rows, d, value);
   }
   static bool carried_alone(const Rows& rows, const Vec3& d, const Carriers& carriers,
-                                       Support& top) {
+                            Support& top) {
     if (rows.padded == 8) return alone_256<2>(rows, d, carriers, top);
     if (rows.padded == 16) return alone_256<4>(rows, d, carriers, top);
     if (rows.padded == 24) return alone_256<6>(rows, d, carriers, top);
