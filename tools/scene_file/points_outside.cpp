@@ -30,15 +30,19 @@ double distance_outside(const solver::Block& block, const Vector3& point) {
   return distance;
 }
 
-std::vector<PointOutside> points_outside(const SceneFile& file) {
+double largest_distance_on(const solver::Block& block) {
   constexpr double kTouching = 1e-6;
+  const geometry::Box box = block.body().box();
+  return kTouching * (box.max - box.min).norm();
+}
+
+std::vector<PointOutside> points_outside(const SceneFile& file) {
   std::vector<PointOutside> outside;
   const auto append = [&](const solver::Scene& scene) {
     const auto look = [&](std::string_view what, int b, const Vector3& point) {
       const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
-      const geometry::Box box = block.body().box();
       const double distance = distance_outside(block, point);
-      if (distance <= kTouching * (box.max - box.min).norm()) return;
+      if (distance <= largest_distance_on(block)) return;
       const bool known = std::ranges::any_of(outside, [&](const PointOutside& other) {
         return other.what == what && other.block == block.name && other.point == point;
       });

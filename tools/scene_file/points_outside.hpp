@@ -28,4 +28,7 @@ std::vector<std::string> points_outside_lines(const SceneFile& file);
 /// at the start: the largest, m. Below 0 inside.
 double distance_outside(const solver::Block& block, const Vector3& point);
 
+/// A point so far outside a block still counts as on it: 1e-6 of the block's size, m.
+double largest_distance_on(const solver::Block& block);
+
 }  // namespace quoin::scene_file

@@ -1,6 +1,5 @@
 #include "scene_file/ties.hpp"
 
-#include <quoin/geometry/body.hpp>
 #include <sstream>
 
 #include "scene_file/points_outside.hpp"
@@ -14,10 +13,8 @@ int block_at(const solver::Scene& scene, const solver::Vector3& point) {
   double distance = 0.0;
   for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
     const double of_block = distance_outside(scene.blocks[b], point);
-    const geometry::Box box = scene.blocks[b].body().box();
-    if (of_block > 1e-6 * (box.max - box.min).norm() || (deepest >= 0 && of_block >= distance)) {
-      continue;
-    }
+    if (of_block > largest_distance_on(scene.blocks[b])) continue;
+    if (deepest >= 0 && of_block >= distance) continue;
     deepest = static_cast<int>(b);
     distance = of_block;
   }
