@@ -194,7 +194,7 @@ def judge(folder, scene=None):
         values[path.stem], bad = value, bad + bool(wrong)
     if {"stands", "falls"} <= set(values):
         low, high = sorted([abs(values["falls"]), abs(values["stands"])])
-        print(f"digits: {-np.log10(max(1 - low / high, 1e-16)):.1f}")
+        print(f"digits: {-np.log10(max(1 - low / max(high, 1e-300), 1e-16)):.1f}")
     values or print(f"{folder}: no certificates (*stands.json, *falls.json, mechanism.json) in this folder")
     return int(bad or not values)
 if __name__ == "__main__": sys.exit(judge(*sys.argv[1:3]))

@@ -23,7 +23,14 @@ def equal(one, other, size=0.0):
 
 
 def read(path):
-    return {**json.loads(pathlib.Path(path).read_text(encoding="utf-8")), "folder": pathlib.Path(path).parent}
+    """A scene whose formulas are at most names of its parameters; with others it keeps its parameters."""
+    text = pathlib.Path(path).read_text(encoding="utf-8")
+    for name, value in json.loads(text).get("parameters", {}).items():
+        text = text.replace(f'"={name}"', json.dumps(value))
+    scene = json.loads(text)
+    if '"=' not in text and '"formula"' not in text:
+        scene.pop("parameters", None)
+    return {**scene, "folder": pathlib.Path(path).parent}
 
 
 def vertices(shape):

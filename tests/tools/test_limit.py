@@ -183,6 +183,14 @@ check("straight joints", scene(10, [GROUND] + [box([i, 0, .5 * j], [i + 1, 1, .5
                                                for j in range(3)], [1, 0, 0]),
       "load=push:0:10", math.tan(math.radians(10)))
 
+# A made scene, whose friction is a parameter; the same push on its top block alone, by --set: that slides.
+made = json.loads(subprocess.run([quoin, "make", "tower", "--push", "1"], capture_output=True, check=True).stdout)
+check("made tower", made, "load=push:0:10", .25)
+top = made.pop("loads")[-1:]
+_, report = run(made, "load=push:0:10", "--set", f"/loads={json.dumps(top)}")
+if not report or not abs(report["falls"]["value"] / math.tan(math.radians(35)) - 1) < 1e-4:
+    failures.append(f"load by --set: {report}")
+
 
 def arch(thickness, count=27):
     """Semicircle of mean radius 1 on two abutments, friction enough."""
@@ -415,6 +423,11 @@ for vary in ("load=push:0", "load=none:0:1", "tilt=3:1", "friction=0:95", "stren
     done, _ = run(scene(20, column, [1, 0, 0]), vary)
     if done.returncode != 2 or done.stderr.count("\n") != 1:
         failures.append(f"{vary}: {done.returncode}, {done.stderr}")
+# What falls everywhere: the line says so.
+for vary, word in (("load=push:1:2", "falls at both ends"), ("settlement=b0:0:1", "does not rest")):
+    done, report = asked(scene(40, column, [1, 0, 0]), "--vary", vary)
+    if done.returncode != 1 or word not in report["why"]:
+        failures.append(f"{vary}: {done.returncode}, {report}")
 
 for failure in failures:
     print("failed:", failure)

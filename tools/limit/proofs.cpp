@@ -163,7 +163,10 @@ Limit prove(VariedScene& scenes, double tolerance) {
   Limit limit = vary.what == "load"
                     ? prove_factor(at, scenes.largest(), vary.from, vary.to, tolerance)
                     : prove_between(at, vary.from, vary.to, tolerance);
-  if (!(limit.stands && limit.falls) && limit.why.empty()) limit.why = "the range ends before";
+  if (!(limit.stands && limit.falls) && limit.why.empty()) {
+    limit.why =
+        limit.stands ? "it stands at both ends of the range" : "it falls at both ends of the range";
+  }
   return limit;
 }
 

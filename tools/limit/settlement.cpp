@@ -148,7 +148,8 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
     way = at - *reached.holds;
     run = path.resume(saved);
   }
-  if (!reached.lost) limit.why = "the range ends before";
+  if (!reached.lost) limit.why = "it stands at both ends of the range";
+  if (!reached.holds) limit.why = "it does not rest at the start of the range";
   if (reached.lost && !limit.falls) limit.why = "no mechanism is proved where the run loses rest";
   if (reached.holds && limit.falls && !(limit.stands && limit.stands->value >= *reached.holds)) {
     limit.why = "no forces are proved where the run rests last";

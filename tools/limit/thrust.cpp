@@ -116,6 +116,8 @@ Thrust thrust_on(const Scene& scene, const std::string& name, double tolerance) 
     const Vector3 inwards = -result.direction;
     result.greatest = extreme(scene, guided, support, inwards, start, tolerance);
     result.least = extreme(scene, guided, support, result.direction, -start, tolerance);
+  } else {
+    result.least.why = result.greatest.why = "no forces balance the loads of the scene";
   }
   const auto at = [&](double share) {
     Trial trial{share, scene, shrunk(problem, share)};

@@ -227,7 +227,8 @@ Scene VariedScene::changed_scene(double value) const {
 
 /// Loads of that name stay in live_ alone. Lists of the scene keep the order of the file.
 void VariedScene::part_loads() {
-  const nlohmann::json document = scene_file::read_json(path_);
+  nlohmann::json document = scene_file::read_json(path_);
+  scene_file::expand(document, changes_);
   std::vector<char> named[3];
   for (const auto& load : document.value("loads", nlohmann::json::array())) {
     const std::string type = load.at("type");

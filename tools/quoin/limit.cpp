@@ -227,6 +227,9 @@ void print_thrust(const json& report) {
       }
     }
   };
+  if (!report["least"]["why"].is_null()) {
+    std::printf("  %s\n", report["least"]["why"].get<std::string>().c_str());
+  }
   print_side("least", "least thrust");
   print_side("greatest", "greatest thrust");
   print_side("shrink", "joints shrunk to a share");

@@ -14,6 +14,8 @@ namespace {
 using json = nlohmann::ordered_json;
 using Vector3 = Eigen::Vector3d;
 
+constexpr double kGravity = 9.81;  // m/s2, of scenes that do not say
+
 /// A length in m, to a picometre: what is shared by two blocks is the same number in both.
 double rounded(double x) {
   const double value = std::round(x * 1e12) / 1e12;
@@ -135,6 +137,14 @@ void Made::save(double time_step, const json& stages) const {
                {"materials", materials},
                {"joint", {{"friction_angle_deg", "=phi"}}}};
   if (!joints_.empty()) head["joints"] = joints_;
+  for (const json& block : blocks_) {
+    if (!(stone_.push > 0) || block["kind"] == "fixed") continue;
+    const double density = materials[block["material"].get<std::string>()]["density"];
+    head["loads"].push_back({{"type", "body"},
+                             {"name", "push"},
+                             {"block", block["name"]},
+                             {"force", vector({stone_.push * density * kGravity, 0, 0})}});
+  }
   head.update(json{{"time_step", time_step}, {"stages", stages}, {"monitors", monitors_}});
   save_text(stone_.out, scene_text(head, blocks_));
 }

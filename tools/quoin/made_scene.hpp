@@ -19,6 +19,7 @@ struct Stone {
   double density = 2400;  ///< kg/m3
   double young = 0;       ///< Pa; 0: rigid
   double friction_deg = 35;
+  double push = 0;      ///< of each block's weight, along x, by a load of that name
   double end_time = 0;  ///< s; 0, where it is not given: the shape's own
   std::string out;      ///< file; empty: standard output
 };

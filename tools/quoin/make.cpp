@@ -223,6 +223,8 @@ class ShapeOptions {
   }
   void end(const std::function<void(const Stone&)>& make) {
     number("--density", stone_->density, "kg/m3", 1e-6, 1e9);
+    number("--push", stone_->push, "of each block's weight along x: load \"push\" of quoin limit",
+           0, 1e6);
     command_->add_option("--young", stone_->young, "Pa; 0: rigid blocks")
         ->check(in_range(0.0, 1e15))
         ->capture_default_str();
