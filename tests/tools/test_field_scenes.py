@@ -3,75 +3,22 @@ turned by 47 degrees about a slanting axis and two million metres away."""
 import json
 import math
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
 
+from elsewhere import elsewhere
+
 quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
 LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
 PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
-AXIS, ANGLE, FAR = [1, 2, -0.5], 47.0, [1e6, -2e6, 5e5]
 
 
-def rotation():
-    """By Rodrigues' formula, by rows."""
-    x, y, z = (c / math.hypot(*AXIS) for c in AXIS)
-    c, s = math.cos(math.radians(ANGLE)), math.sin(math.radians(ANGLE))
-    return [[c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
-            [y * x * (1 - c) + z * s, c + y * y * (1 - c), y * z * (1 - c) - x * s],
-            [z * x * (1 - c) - y * s, z * y * (1 - c) + x * s, c + z * z * (1 - c)]]
-
-
-TURN = rotation()
-
-
-# A place before it was turned and moved, by what it is now.
-PLACE = {axis: "(" + "+".join(f"({row[i]!r})*({now}-({far!r}))" for row, now, far in zip(TURN, "xyz", FAR)) + ")"
-         for i, axis in enumerate("xyz")}
-
-
-def turned(value):
-    """A vector, or one of time."""
-    if isinstance(value, dict):
-        parts = value["formula"]
-        return {"formula": ["+".join(f"({q!r})*({part})" for q, part in zip(row, parts)) for row in TURN]}
-    return [sum(q * c for q, c in zip(row, value)) for row in TURN]
-
-
-def moved(point):
-    return [a + b for a, b in zip(turned(point), FAR)]
-
-
-def elsewhere(scene):
+def soft_elsewhere(scene):
     """The scene with deformable blocks, turned and moved."""
-    scene = json.loads(json.dumps(scene))
-    scene["gravity"] = turned(scene.get("gravity", [0, 0, -9.81]))
+    scene = elsewhere(scene)
     for block in scene["blocks"]:
-        block["pose"] = {"rotation": {"axis": AXIS, "angle_deg": ANGLE}, "about": [0, 0, 0], "translation": FAR}
         block["kind"] = {"rigid": "deformable"}.get(block["kind"], block["kind"])
-        for key in {"velocity", "angular_velocity"} & block.keys():
-            block[key] = turned(block[key])
-        block["motion"] = {key: moved(value) if key == "centre" else turned(value)
-                           for key, value in block.get("motion", {}).items()}
-        if not block["motion"]:
-            del block["motion"]
-    for face in scene.get("quiet_faces", []):
-        face.update(towards=turned(face["towards"]), velocity=turned(face["velocity"]))
-    for part in [scene, *scene.get("stages", [])]:
-        for load in part.get("loads", []):
-            load["force"] = turned(load["force"])
-    for water in scene.get("water", []):
-        water["pressure"] = re.sub(r"\b[xyz]\b", lambda found: PLACE[found[0]], str(water["pressure"]))
-        if "towards" in water:
-            water["towards"] = turned(water["towards"])
-    ends = [end for tie in scene.get("ties", []) for end in (tie["from"], tie["to"])]
-    pointed = ends + scene.get("fixed_points", []) + scene["monitors"] + scene.get("loads", [])
-    for entry in pointed:
-        if "point" in entry:
-            entry["point"] = moved(entry["point"])
-    for reference in scene["references"]:
-        reference["along"] = turned(reference["along"])
     return scene
 
 
@@ -118,7 +65,7 @@ with tempfile.TemporaryDirectory() as folder:
     for scene in scenes:
         failures += failures_of(scene.stem, scene)
         copy = pathlib.Path(folder) / scene.name
-        copy.write_text(json.dumps(elsewhere(json.loads(scene.read_text()))))
+        copy.write_text(json.dumps(soft_elsewhere(json.loads(scene.read_text()))))
         failures += failures_of(f"{scene.stem} elsewhere", copy)
         if scene.stem in FACTORS:
             failures += factor_failures(scene.stem, copy)

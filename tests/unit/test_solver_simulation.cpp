@@ -456,31 +456,6 @@ TEST_CASE("Grains on a heavy slab that is free to move are solved as on one that
   CHECK(solves <= 1500);
 }
 
-// 34 solves, then none; 33, then 10, 11 and 9 where the gap of an exact solution counts as no
-// smaller than that of the loose one before it: the wall is then left with gaps above rounding.
-TEST_CASE("A wall that gravity sets on costs nothing from its second step on") {
-  constexpr double kLength = 0.8, kHeight = 0.25;  // m
-  constexpr int kColumns = 32, kRows = 36;
-  Scene scene;
-  scene.joint.friction_angle = 35.0 * std::numbers::pi / 180.0;
-  scene.add_fixed(geometry::make_box({-1, -1, -1}, {kColumns * kLength + 1, 2, 0}));
-  for (int row = 0; row < kRows; ++row) {
-    const int odd = row % 2;  // begins and ends with half a brick
-    for (int i = 0; i < kColumns + odd; ++i) {
-      const double left = std::max(0.0, (i - 0.5 * odd) * kLength);
-      const double right = std::min(kColumns * kLength, (i + 1 - 0.5 * odd) * kLength);
-      scene.add_rigid(
-          geometry::make_box({left, 0, kHeight * row}, {right, 0.3, kHeight * (row + 1)}), kRock);
-    }
-  }
-  Simulation simulation(scene, {.time_step = 0.01});
-  const StepReport first = simulation.advance(), second = simulation.advance();
-  REQUIRE(first.status == StepStatus::Converged);
-  CHECK(first.linear_solves > 0);
-  CHECK(second.status == StepStatus::Converged);
-  CHECK(second.linear_solves == 0);
-}
-
 // 1326 solves; 2585 where sliding contacts of moving blocks are damped as those at rest are.
 TEST_CASE("Dominoes fall on each other in a solve a step at most") {
   Scene scene;

@@ -43,18 +43,6 @@ const char* name(Analysis analysis) {
                                         : "settle";
 }
 
-const char* name(scene_file::RunStatus status) {
-  using scene_file::RunStatus;
-  return status == RunStatus::Completed      ? "completed"
-         : status == RunStatus::NotConverged ? "not_converged"
-         : status == RunStatus::NotAtRest    ? "not_at_rest"
-         : status == RunStatus::Mechanism    ? "mechanism"
-         : status == RunStatus::StageRefused ? "stage_refused"
-         : status == RunStatus::NotTrusted   ? "not_trusted"
-         : status == RunStatus::Interrupted  ? "interrupted"
-                                             : "time_limit";
-}
-
 json name(scene_file::StageEnd end) {
   static constexpr const char* kNames[] = {"rest", "moved", "steps", "time"};
   return end == scene_file::StageEnd::None ? json() : json(kNames[static_cast<int>(end) - 1]);

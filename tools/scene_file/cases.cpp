@@ -90,11 +90,15 @@ std::string short_number(double value) {
 
 /// What each step shows: calls `put(name, value)`, always in the same order.
 template <class Put>
-void show_step(const StepView& view, const std::vector<Monitor>& monitors, const Put& put) {
+void show_step(const StepView& view, const SceneFile& file, const Put& put) {
   const solver::StepReport& report = view.report;
   const solver::EnergyLedger& energy = view.simulation.state().energy;
   put("t", view.dynamic_time);
   put("closed", report.closed_count);
+  put("solves", report.linear_solves);
+  put("overlap", report.largest_overlap);
+  put("regularised", report.proximal_newton_attempts);
+  put("islands_at_rest", report.islands_at_rest);
   put("largest_speed", report.largest_speed);
   put("omega_dt", report.stiffest_omega_dt);
   put("damping", report.numerical_damping);
@@ -102,6 +106,7 @@ void show_step(const StepView& view, const std::vector<Monitor>& monitors, const
   put("kinetic", energy.kinetic);
   put("potential", energy.potential);
   put("strain", energy.strain);
+  put("contact_energy", energy.contact);
   put("work", energy.work);
   put("closure", energy.closure);
   put("friction_loss", energy.friction_loss);
@@ -111,6 +116,15 @@ void show_step(const StepView& view, const std::vector<Monitor>& monitors, const
   const auto put_vector = [&](const std::string& name, const Vector3& v) {
     for (int i = 0; i < 3; ++i) put(name + static_cast<char>('x' + i), v[i]);
   };
+  const std::vector<solver::Tie>& ties = file.scene.ties;  // of later stages: not shown
+  for (std::size_t i = 0; i < ties.size() && i < view.simulation.state().ties.size(); ++i) {
+    const solver::TieState& tie = view.simulation.state().ties[i];
+    put(ties[i].name + "_force", tie.force);
+    put(ties[i].name + "_length", tie.length);
+    put(ties[i].name + "_plastic", tie.plastic);
+    put(ties[i].name + "_broken", tie.broken);
+  }
+  const std::vector<Monitor>& monitors = file.monitors;
   for (std::size_t m = 0; m < monitors.size(); ++m) {
     const MonitorValue& value = view.monitors[m];
     const std::string name = monitors[m].name + "_";
@@ -142,13 +156,14 @@ void show_step(const StepView& view, const std::vector<Monitor>& monitors, const
   }
 }
 
-/// Mean gap (m) and extremes of the normal forces (N) over the contact points between the two
-/// sides of a contact monitor.
+/// Mean gap (m), extremes of the normal forces (N), and how many have failed or are bonded, of the
+/// contact points between the two sides of a contact monitor.
 void show_points(const solver::Simulation& simulation, const Monitor& monitor, Names& names) {
   const auto has = [](const std::vector<int>& blocks, int b) {
     return std::ranges::binary_search(blocks, b);
   };
   double gap = 0.0, least = std::numeric_limits<double>::infinity(), most = -least, count = 0.0;
+  double failed = 0.0, bonded = 0.0, area = 0.0;
   for (const solver::Contact& contact : simulation.state().contacts) {
     const int a = contact.point.key.a, b = contact.point.key.b;
     if (!(has(monitor.others, a) && has(monitor.blocks, b)) &&
@@ -158,11 +173,17 @@ void show_points(const solver::Simulation& simulation, const Monitor& monitor, N
     gap += contact.point.gap;
     least = std::min(least, contact.normal_force);
     most = std::max(most, contact.normal_force);
+    area = std::max(area, contact.point.area);
+    failed += contact.failed ? 1.0 : 0.0;
+    bonded += contact.bonded ? 1.0 : 0.0;
     ++count;
   }
   names[monitor.name + "_gap"] = gap / count;
   names[monitor.name + "_least"] = least;
   names[monitor.name + "_most"] = most;
+  names[monitor.name + "_failed"] = failed;
+  names[monitor.name + "_bonded"] = bonded;
+  names[monitor.name + "_area"] = area;
 }
 
 /// Angular momentum of all blocks about the origin, kg m2/s: of the reference shapes, as the method
@@ -221,6 +242,7 @@ class Gathering {
     names_["largest_overlap"] = result.total.largest_overlap;
     names_["energy_growth"] = result.energy_growth;
     names_["energy_scale"] = result.energy_scale;
+    names_["loose_count"] = static_cast<double>(result.loose.size());
     names_["step_count"] = static_cast<double>(result.steps);
     names_["solve_count"] = static_cast<double>(result.total.linear_solves);
     return result;
@@ -239,7 +261,7 @@ class Gathering {
   };
 
   void begin(const StepView& view) {
-    show_step(view, file_.monitors, [&](const std::string& name, double value) {
+    show_step(view, file_, [&](const std::string& name, double value) {
       if (names_.contains(name)) {
         throw SceneError("/parameters", shown(name) + " is the name of what cases show");
       }
@@ -277,7 +299,7 @@ class Gathering {
     if (now_.empty()) begin(view);
     for (std::size_t i = 0; i < now_.size(); ++i) *was_[i] = *now_[i];
     std::size_t i = 0;
-    show_step(view, file_.monitors, [&](const std::string&, double value) { *now_[i++] = value; });
+    show_step(view, file_, [&](const std::string&, double value) { *now_[i++] = value; });
     show_contacts(view.simulation);
     if (dynamic_ && view.simulation.options().analysis != solver::Analysis::Dynamic) return;
     for (const Tracked& tracked : tracked_) {
@@ -431,8 +453,11 @@ struct CaseFile::Document {
       for (const RunFlag& flag : result.flags) {
         raised[static_cast<std::size_t>(flag.worst.kind)] = true;
       }
-      if (result.status != RunStatus::Completed && result.status != RunStatus::NotTrusted) {
-        all.failure = result.message;
+      const bool whole =
+          result.status == RunStatus::Completed || result.status == RunStatus::NotTrusted;
+      const std::string status = whole ? "completed" : scene_file::name(result.status);
+      if (status != entry.value("status", "completed")) {
+        all.failure = status + ": " + result.message;
       }
       for (std::size_t k = 0; k < all.results.size(); ++k) {
         all.results[k] += CaseFormula(entry["rows"][k].at("result"), names, "/cases/rows")() /

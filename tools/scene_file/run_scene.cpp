@@ -949,4 +949,10 @@ RunResult run_scene(const SceneFile& file, const RunOptions& options) {
   return Runner(file, options).run();
 }
 
+const char* name(RunStatus status) {
+  constexpr const char* kNames[] = {"completed",     "not_converged", "not_at_rest", "mechanism",
+                                    "stage_refused", "not_trusted",   "interrupted", "time_limit"};
+  return kNames[static_cast<std::size_t>(status)];
+}
+
 }  // namespace quoin::scene_file

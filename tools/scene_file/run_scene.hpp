@@ -22,6 +22,9 @@ enum class RunStatus : std::uint8_t {
   TimeLimit  ///< the wall time that was given is over
 };
 
+/// "completed", "not_converged", …, as in summary.json.
+const char* name(RunStatus status);
+
 /// Which stop rule ended a stage.
 enum class StageEnd : std::uint8_t { None, Rest, Moved, Steps, Time };
 
