@@ -1,5 +1,5 @@
-/// The solver as its user meets it: conservation, refusal of bad scenes, steps that cannot
-/// converge.
+/// The solver as its user meets it: refusal of bad scenes, steps that cannot converge, bits by
+/// threads. Mechanics are cases of tools/scenes.
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <numbers>
 #include <quoin/geometry/build.hpp>
-#include <quoin/geometry/mass_properties.hpp>
 #include <quoin/solver.hpp>
 #include <quoin/solver/output.hpp>
 #include <quoin/solver/parts.hpp>
@@ -57,71 +55,7 @@ bool all_finite(const State& state) {
   return std::isfinite(state.energy.mechanical());
 }
 
-/// Two tumbling cubes that collide with friction, no gravity.
-Scene collision(bool rigid) {
-  Scene scene;
-  scene.gravity = Vector3(0, 0, 0);
-  scene.joint.friction_angle = 0.4;
-  for (const double x : {0.0, 1.3}) {
-    rigid ? scene.add_rigid(unit_cube({x, 0.2 * x, 0.1 * x}), kRock)
-          : scene.add_block(unit_cube({x, 0.2 * x, 0.1 * x}), kRock);
-  }
-  scene.blocks[0].velocity = Vector3(2, 0, 0);
-  scene.blocks[0].angular_velocity = Vector3(0.3, 1, -0.5);
-  scene.blocks[1].angular_velocity = Vector3(-1, 0.2, 0.4);
-  return scene;
-}
-
-struct Momenta {
-  Vector3 linear = Vector3::Zero(), angular = Vector3::Zero();
-};
-
-Momenta momenta(const Simulation& simulation) {
-  Momenta sum;
-  for (const BlockState& b : simulation.state().blocks) {
-    const double mass = kRock.density;
-    sum.linear += mass * b.velocity;
-    // A cube's inertia is m/6 about any axis; its strains carry no angular momentum.
-    sum.angular +=
-        b.centroid.cross(mass * b.velocity) + b.rotation * (mass / 6.0 * b.angular_velocity);
-  }
-  return sum;
-}
-
-/// Blocks that are struck spin by more than a third of a radian in a step: that is flagged.
-bool none_but_turns(const StepReport& report) {
-  return std::ranges::all_of(report.flags,
-                             [](const StepFlag& f) { return f.kind == FlagKind::Turn; });
-}
-
 }  // namespace
-
-TEST_CASE("A collision with friction keeps linear and angular momentum and makes no energy") {
-  for (const bool rigid : {true, false}) {
-    for (const ContactMethod method :
-         {ContactMethod::AugmentedLagrangian, ContactMethod::Springs}) {
-      Simulation simulation(collision(rigid),
-                            {.time_step = 1e-3, .method = method, .penalty = 1e8});
-      const Momenta before = momenta(simulation);
-      double energy = simulation.state().energy.mechanical();
-      const double scale = energy;
-      bool touched = false;
-      for (int i = 0; i < 500; ++i) {
-        const StepReport report = simulation.advance();
-        REQUIRE(report.status == StepStatus::Converged);
-        touched = touched || report.closed_count > 0;
-        CHECK(simulation.state().energy.mechanical() <= energy + 1e-6 * scale);
-        energy = std::min(energy, simulation.state().energy.mechanical());
-      }
-      const Momenta after = momenta(simulation);
-      CHECK(touched);
-      INFO("rigid " << rigid << ", method " << static_cast<int>(method));
-      CHECK((after.linear - before.linear).norm() < 1e-12 * before.linear.norm());
-      CHECK((after.angular - before.angular).norm() < 1e-8 * before.angular.norm());
-      CHECK(all_finite(simulation.state()));
-    }
-  }
-}
 
 TEST_CASE("Scenes that cannot be worked with are refused, and say why") {
   CHECK(refusal(cube_on_ground()).empty());
@@ -320,24 +254,6 @@ TEST_CASE("A step that cannot converge leaves the state alone and offers its bes
   CHECK(all_finite(simulation.state()));
 }
 
-/// Nine voussoirs of a semicircle of 1 m, too thin to stand.
-Scene falling_arch(double young) {
-  Scene scene;
-  scene.joint.friction_angle = 0.61;
-  scene.add_fixed(geometry::make_box({-2, -2, -0.5}, {2, 2, 0}));
-  const auto corner = [](double radius, int joint) {
-    const double angle = std::numbers::pi * joint / 9;
-    return Vector3(radius * std::cos(angle), -0.25, joint == 9 ? 0.0 : radius * std::sin(angle));
-  };
-  for (int i = 0; i < 9; ++i) {
-    geometry::Points polygon(3, 4);
-    const int next = i + 1;
-    polygon << corner(1.0475, i), corner(0.9525, i), corner(0.9525, next), corner(1.0475, next);
-    scene.add_block(geometry::make_prism(polygon, {0, 0.5, 0}), {.density = 2400, .young = young});
-  }
-  return scene;
-}
-
 TEST_CASE("A failed step in the air leaves no contact of an earlier impact") {
   StepOptions options;
   options.time_step = 2e-2;
@@ -375,146 +291,6 @@ TEST_CASE("A failed step in the air leaves no contact of an earlier impact") {
   CHECK(failed > 0);
 }
 
-TEST_CASE("A stiff arch that comes down: every step ends, in some 40 solves each") {
-  for (const double young : {1e9, 1e10, 1e11, 1e12}) {
-    CAPTURE(young);
-    Simulation simulation(falling_arch(young), {.time_step = 0.01});
-    int solves = 0;
-    for (int step = 0; step < 60; ++step) {
-      const StepReport report = simulation.advance();
-      REQUIRE(report.status == StepStatus::Converged);
-      solves += report.linear_solves;
-    }
-    CHECK(solves < 60 * 50);
-    CHECK(simulation.state().blocks[5].centroid.z() < 0.95);  // it does come down
-  }
-}
-
-// Mass ratio 6.4e4: 4097 solves; 31 097 where the augmentation is not raised while solutions are
-// loose. Contacts that yield gain 1e-5 of the energy, or do not end: light blocks that bear heavy
-// ones do not go over to them.
-TEST_CASE("A boulder slides on pebbles: light blocks under a heavy one are solved quickly") {
-  struct Pebble {
-    double x, y, velocity_x, velocity_y;  // m, m/s
-  };
-  Scene scene;
-  scene.joint.friction_angle = 30.0 * std::numbers::pi / 180.0;
-  scene.add_fixed(geometry::make_box({-50, -50, -1}, {50, 50, 0}));
-  constexpr double kSize = 0.05;  // m
-  for (const Pebble& p : {Pebble{0.67, 0.03, 0.77, 0.26},
-                          {0.08, 0.67, 0.24, -0.05},
-                          {-0.71, 0.13, 0.68, -0.41},
-                          {-0.58, -0.45, 0.75, -0.07},
-                          {0.47, -0.52, -0.5, -0.05}}) {
-    const Vector3 low(p.x, p.y, 0);
-    scene.add_rigid(geometry::make_box(low, low + Vector3::Constant(kSize)), kRock);
-    scene.blocks.back().velocity = {p.velocity_x, p.velocity_y, 0};
-  }
-  scene.add_rigid(geometry::make_box({-1, -1, kSize}, {1, 1, 2 + kSize}), kRock);
-  scene.blocks.back().velocity = {1, 0, 0};
-  scene.blocks.back().angular_velocity = {0, 0, 0.13};
-  for (const ContactIteration iteration :
-       {ContactIteration::OpenClose, ContactIteration::Automatic}) {
-    Simulation simulation(scene, {.time_step = 5e-3, .contact_iteration = iteration});
-    int solves = 0;
-    for (int step = 0; step < 50; ++step) {
-      const StepReport report = simulation.advance();
-      REQUIRE(report.status == StepStatus::Converged);
-      CHECK(none_but_turns(report));
-      CHECK(report.largest_overlap <= 1e-8 * kSize);
-      if (step < 20) solves += report.linear_solves;
-    }
-    CAPTURE(solves);
-    CHECK(solves <= 6000);
-  }
-}
-
-// 712 solves; 3973 where whatever lies between a heavy block and anything else makes its island
-// uneven.
-TEST_CASE("Grains on a heavy slab that is free to move are solved as on one that is not") {
-  Scene scene;
-  scene.joint.friction_angle = 30.0 * std::numbers::pi / 180.0;
-  scene.add_fixed(geometry::make_box({-5, -5, -2}, {5, 5, -1}));
-  scene.add_rigid(geometry::make_box({-1, -1, -1}, {1, 1, 0}), kRock);
-  constexpr double kSize = 0.09;  // m
-  for (int layer = 0; layer < 2; ++layer) {
-    for (int i = 0; i < 3; ++i) {
-      const Vector3 low(0.1 * i + 0.03 * layer - 0.05, 0.02 * i - 0.05, 0.11 * layer + 0.02);
-      scene.add_rigid(geometry::make_box(low, low + Vector3::Constant(kSize)), kRock);
-      scene.blocks.back().angular_velocity = {i - 1.0, 2.0 - 3.0 * layer, 0.5 * layer};
-    }
-  }
-  Simulation simulation(scene, {.time_step = 5e-3});
-  int solves = 0;
-  for (int step = 0; step < 40; ++step) {
-    const StepReport report = simulation.advance();
-    REQUIRE(report.status == StepStatus::Converged);
-    CHECK(report.flags.empty());
-    solves += report.linear_solves;
-  }
-  CAPTURE(solves);
-  CHECK(solves <= 1500);
-}
-
-// 1326 solves; 2585 where sliding contacts of moving blocks are damped as those at rest are.
-TEST_CASE("Dominoes fall on each other in a solve a step at most") {
-  Scene scene;
-  scene.joint.friction_angle = 10.0 * std::numbers::pi / 180.0;
-  scene.add_fixed(geometry::make_box({-5, -5, -1}, {10, 5, 0}));
-  for (int i = 0; i < 4; ++i) {
-    scene.add_rigid(geometry::make_box({0.6 * i, 0, 0}, {0.6 * i + 0.3, 1, 1.5}), kRock);
-  }
-  geometry::Placement& first = scene.blocks[1].placement;  // turned past its balance
-  const Vector3 edge(0.3, 0, 0);
-  first.linear = Eigen::AngleAxisd(11.4 * std::numbers::pi / 180.0, Vector3::UnitY());
-  first.translation = edge - first.linear * edge;
-  Simulation simulation(scene, {.time_step = 2e-3});
-  int solves = 0;
-  for (int step = 0; step < 1500; ++step) {
-    const StepReport report = simulation.advance();
-    REQUIRE(report.status == StepStatus::Converged);
-    solves += report.linear_solves;
-  }
-  CHECK(solves <= 1500);
-}
-
-// Rows of six and more did not converge: the residual by the forces at a block stays 1 until the
-// last one is pushed.
-TEST_CASE("A row of any length that is hit goes on as one, by the open-close iteration alone") {
-  for (const int count : {4, 10, 40}) {
-    CAPTURE(count);
-    Scene scene{.joint = {.friction_angle = 0.0}};
-    scene.gravity = Vector3(0, 0, 0);
-    scene.add_rigid(unit_cube({-1.1, 0, 0}), kRock);
-    scene.blocks[0].velocity = {3, 0, 0};
-    for (int i = 0; i < count; ++i) scene.add_rigid(unit_cube({1.0 * i, 0, 0}), kRock);
-    Simulation simulation(scene,
-                          {.time_step = 5e-3, .contact_iteration = ContactIteration::OpenClose});
-    for (int step = 0; step < 20; ++step) {
-      const StepReport report = simulation.advance();
-      REQUIRE(report.status == StepStatus::Converged);
-      CHECK(report.linear_solves <= 200);
-    }
-    for (const BlockState& block : simulation.state().blocks) {
-      CHECK(std::abs(block.velocity.x() - 3.0 / (count + 1)) < 1e-4);
-    }
-  }
-}
-
-TEST_CASE("A light block that flies over a contact that is open falls") {
-  // Its weight is 1e-8 N; the rounding of its motion times the contact's stiffness would be 1e-7 N.
-  Scene scene;
-  scene.add_fixed(geometry::make_box({-5e-3, -5e-3, -1e-3}, {5e-3, 5e-3, 0}));
-  scene.add_block(geometry::make_box({-5e-4, -5e-4, 1e-5}, {5e-4, 5e-4, 1.01e-3}),
-                  {.density = 1, .young = 8e11, .poisson = 0.2});
-  scene.blocks[1].velocity = Vector3(0.1, 0, 0.03);
-  Simulation simulation(scene, {.time_step = 3e-4});
-  REQUIRE(simulation.advance().status == StepStatus::Converged);
-  const EnergyLedger& energy = simulation.state().energy;
-  CHECK_THAT(simulation.state().blocks[1].velocity.z(), WithinAbs(0.03 - 9.81 * 3e-4, 1e-12));
-  CHECK(std::abs(energy.closure) <= 1e-12 * energy.kinetic);
-}
-
 TEST_CASE("set_velocities sets a settled block in motion, in world axes") {
   Scene scene;
   scene.gravity = Vector3(0, 0, 0);
@@ -528,112 +304,6 @@ TEST_CASE("set_velocities sets a settled block in motion, in world axes") {
   const EnergyLedger& energy = simulation.state().energy;
   CHECK_THAT(energy.kinetic, WithinRel(0.5 * 2500 * (1.0 + 4.0 / 6.0), 1e-12));
   CHECK_THAT(energy.work, WithinRel(0.5 * 2500 * (1.0 + 3.0 / 6.0), 1e-12));  // what it had is less
-}
-
-TEST_CASE("Blocks that turn far within the step of their impact bounce without gain of energy") {
-  struct Draw {
-    Vector3 velocity[2], spin[2];
-  };
-  for (const Draw& draw :
-       {Draw{{{6, -0.3, 0}, {-12, 0.3, -0.5}}, {{-7, -4, -7}, {11, -39, -16}}},
-        Draw{{{6, 0, 0.3}, {-12, 1, 0.4}}, {{-8, 34, -39}, {24, 24, -24}}},
-        Draw{{{6, -0.4, 0.5}, {-12, 0.8, -0.3}}, {{-33, -17, -9}, {8, -32, -26}}},
-        Draw{{{6, -0.6, 0}, {-12, 0.2, 0.7}}, {{-24, 19, -5}, {-8, 12, -15}}}}) {
-    CAPTURE(draw.velocity[1].transpose(), draw.spin[1].transpose());
-    Scene scene;
-    scene.gravity = Vector3(0, 0, 0);
-    scene.joint.restitution = 0.8;
-    constexpr double kFrom[] = {0.0, 1.2}, kDeep[] = {0.3, 0.9};  // m
-    for (const int i : {0, 1}) {
-      Block& block = scene.blocks[static_cast<std::size_t>(scene.add_rigid(
-          geometry::make_box({kFrom[i], 0, 0}, {kFrom[i] + 0.9, kDeep[i], 0.2}), {.density = 1}))];
-      block.velocity = draw.velocity[i];
-      block.angular_velocity = draw.spin[i];
-    }
-    Simulation simulation(scene, {.time_step = 0.005});
-    const auto momentum = [&] {
-      const auto& blocks = simulation.state().blocks;
-      return Vector3(kDeep[0] * blocks[0].velocity + kDeep[1] * blocks[1].velocity);
-    };
-    const Vector3 start = momentum();
-    for (int step = 0; step < 60; ++step) {
-      const StepReport report = simulation.advance();
-      REQUIRE(report.status == StepStatus::Converged);
-      CHECK(none_but_turns(report));
-    }
-    CHECK(simulation.state().blocks[0].velocity.x() < 5.0);  // they have met
-    CHECK((momentum() - start).norm() < 1e-10 * start.norm());
-  }
-}
-
-TEST_CASE("A block that rests and is set on towards its support bounces") {
-  Scene scene;
-  scene.joint.restitution = 0.5;
-  scene.add_fixed(unit_cube({0, 0, -1}));
-  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
-  Simulation simulation(scene, {.time_step = 0.01});
-  for (int i = 0; i < 3; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-  simulation.set_velocities(std::array{BlockVelocity{.block = 1, .velocity = {0, 0, -2}}});
-  REQUIRE(simulation.advance().status == StepStatus::Converged);
-  CHECK_THAT(simulation.state().blocks[1].velocity.z(), WithinAbs(1.0 - 9.81 * 0.01, 1e-9));
-}
-
-TEST_CASE("A block bounces off a support that comes on") {
-  for (const double restitution : {0.5, 0.9, 1.0}) {
-    Scene scene;
-    scene.gravity = Vector3(0, 0, 0);
-    scene.joint.restitution = restitution;
-    scene.add_fixed(unit_cube({-1.1037, 0, 0}));
-    scene.blocks[0].kind = BlockKind::Prescribed;
-    scene.blocks[0].motion = {MotionKind::Velocity, VectorOfTime(Vector3(1, 0, 0))};
-    scene.add_rigid(unit_cube({0, 0, 0}), kRock);
-    Simulation simulation(scene, {.time_step = 1e-3});
-    for (int i = 0; i < 200; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-    CHECK_THAT(simulation.state().blocks[1].velocity.x(), WithinAbs(1.0 + restitution, 1e-9));
-  }
-}
-
-TEST_CASE("A row that is hit with a restitution of one keeps its energy") {
-  constexpr int kBlocks = 20;
-  Scene scene;
-  scene.gravity = Vector3(0, 0, 0);
-  scene.joint = {.friction_angle = 0.0, .restitution = 1.0};
-  const auto add = [&](double x) {
-    scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 1, 0.8, 0.6}), kRock);
-  };
-  add(-1.05);
-  scene.blocks[0].velocity = Vector3(2, 0, 0);
-  for (int i = 0; i < kBlocks - 1; ++i) add(1.0 * i);
-  Simulation simulation(scene, {.time_step = 2e-3});
-  for (int i = 0; i < 200; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-  const auto& blocks = simulation.state().blocks;
-  double squares = 0.0;
-  for (const BlockState& block : blocks) squares += block.velocity.squaredNorm();
-  CHECK_THAT(squares, WithinAbs(4.0, 4e-8));
-  CHECK_THAT(blocks[1].velocity.x() - blocks[0].velocity.x(), WithinAbs(2.0, 1e-3));
-}
-
-TEST_CASE("Prescribed motion by displacement, velocity and acceleration gives the same place") {
-  const auto run = [](MotionKind kind, std::function<Vector3(double)> value) {
-    Scene scene;
-    scene.add_fixed(unit_cube({0, 0, 0}));
-    scene.blocks[0].kind = BlockKind::Prescribed;
-    scene.blocks[0].motion = {kind, std::move(value)};
-    Simulation simulation(scene, {.time_step = 1e-3});
-    for (int i = 0; i < 1000; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-    return Vector3(simulation.state().blocks[0].centroid - Vector3(0.5, 0.5, 0.5));
-  };
-  // x = t^3/6
-  const Vector3 x = run(MotionKind::Displacement, [](double t) -> Vector3 {
-    return {t * t * t / 6, 0, 0};
-  });
-  const Vector3 v = run(MotionKind::Velocity, [](double t) -> Vector3 {
-    return {t * t / 2, 0, 0};
-  });
-  const Vector3 a = run(MotionKind::Acceleration, [](double t) -> Vector3 { return {t, 0, 0}; });
-  CHECK((x - Vector3(1.0 / 6, 0, 0)).norm() < 1e-12);
-  CHECK((v - x).norm() < 1e-12);
-  CHECK((a - x).norm() < 1e-12);
 }
 
 namespace {
@@ -684,42 +354,6 @@ TEST_CASE("Motion by a table of velocities or accelerations is its integral at a
       }
     }
   }
-}
-
-TEST_CASE("Loads: point, face and body loads move a free block by F t^2 / (2 m)") {
-  const auto run = [](const auto& add) {
-    Scene scene;
-    scene.gravity = Vector3(0, 0, 0);
-    scene.add_block(unit_cube({0, 0, 0}), kRock);
-    add(scene);
-    Simulation simulation(scene, {.time_step = 0.01});
-    for (int i = 0; i < 100; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-    return simulation.state().blocks[0].centroid.x() - 0.5;
-  };
-  const double exact = 500.0 / (2.0 * 2500.0);
-  CHECK_THAT(run([](Scene& s) {
-               s.point_loads.push_back({0, {0.5, 0.5, 0.5}, Vector3(500, 0, 0)});
-             }),
-             WithinRel(exact, 1e-12));
-  CHECK_THAT(run([](Scene& s) {
-               s.body_loads.push_back({0, Vector3(500, 0, 0)});
-             }),
-             WithinRel(exact, 1e-12));
-  // Every face of the unit cube has 1 m2; its centre is level with the centroid or pulled straight.
-  CHECK_THAT(run([](Scene& s) {
-               const auto& shape = *s.blocks[0].shape;
-               for (int f = 0; f < shape.topology().face_count(); ++f) {
-                 if (shape.face_normal(f).x() > 0.5)
-                   s.face_loads.push_back({0, f, Vector3(500, 0, 0)});
-               }
-             }),
-             WithinRel(exact, 1e-9));
-  // A table in time: force 1000 t N, x = 1000 t^3 / (6 m); the step takes its middle value.
-  CHECK_THAT(run([](Scene& s) {
-               s.body_loads.push_back(
-                   {0, interpolate({0.0, 2.0}, {Vector3::Zero(), Vector3(2000, 0, 0)})});
-             }),
-             WithinRel(1000.0 / (6.0 * 2500.0), 1e-4));
 }
 
 TEST_CASE("Any number of threads gives the same bits") {
@@ -811,27 +445,6 @@ TEST_CASE("A step that no iteration solves ends after the attempts of both") {
   CHECK(report.iterations < 100);  // 75; where one was not bounded, 221 and more
 }
 
-TEST_CASE("What drifts where no force acts is not in balance, what stands is") {
-  Scene scene{.gravity = Vector3(0, 0, 0)};
-  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
-  Simulation standing(scene, {});
-  CHECK(standing.advance().unbalance == 0.0);
-  scene.blocks[0].velocity = Vector3(1, 0, 0);
-  Simulation drifting(scene, {});
-  CHECK(drifting.advance().unbalance == 1.0);
-}
-
-TEST_CASE("A block that is stopped in a step is in balance from the next one on") {
-  Scene scene;
-  scene.add_fixed(unit_cube({0, 0, -1}));
-  scene.add_rigid(unit_cube({0, 0, 0}), kRock);
-  scene.blocks[1].velocity = Vector3(0, 0, -1);
-  Simulation simulation(scene, {.time_step = 0.01});
-  CHECK(simulation.advance().unbalance > 0.1);
-  CHECK(simulation.state().blocks[1].velocity.norm() < 1e-12);
-  CHECK(simulation.advance().unbalance < 1e-9);
-}
-
 TEST_CASE("A closed contact whose blocks are no longer found is told, unless they rebounded") {
   Scene scene = cube_on_ground();
   scene.add_block(unit_cube({0, 0, 1}), kRock);
@@ -850,41 +463,4 @@ TEST_CASE("A closed contact whose blocks are no longer found is told, unless the
   contacts[1].impact = false;
   found.push_back(contacts[1].point);
   CHECK(vanished(compiled, contacts, found) == nullptr);
-}
-
-TEST_CASE("A run flags its own results: strain, overlap, rounding, a step that fails") {
-  const auto flagged = [](const StepReport& report, FlagKind kind) {
-    return std::ranges::any_of(report.flags, [&](const StepFlag& f) { return f.kind == kind; });
-  };
-  Scene soft = cube_on_ground();
-  soft.blocks[1].material.young = 1e4;
-  Simulation squeezed(soft, {.time_step = 0.1, .analysis = Analysis::Static});
-  bool strained = false;
-  for (int i = 0; i < 20; ++i) strained = flagged(squeezed.advance(), FlagKind::Strain) || strained;
-  CHECK(strained);
-
-  Simulation sunk(cube_on_ground(), {.time_step = 0.1,
-                                     .analysis = Analysis::Static,
-                                     .method = ContactMethod::Penalty,
-                                     .penalty = 1e5});
-  bool overlaps = false;
-  for (int i = 0; i < 20; ++i) overlaps = flagged(sunk.advance(), FlagKind::Overlap) || overlaps;
-  CHECK(overlaps);
-
-  Scene wide = cube_on_ground();  // how far apart blocks stand rounds nothing
-  wide.add_block(unit_cube({1e7, 0, 0}), kRock);
-  Simulation apart(wide, {.time_step = 1e-3});
-  CHECK(apart.advance().flags.empty());
-  Scene huge = cube_on_ground();
-  huge.blocks[0].shape =
-      std::make_shared<const geometry::Shape>(geometry::make_box({-1, -1, -1}, {1e7, 1e7, 0}));
-  Simulation rounded(huge, {.time_step = 1e-3});
-  CHECK(flagged(rounded.advance(), FlagKind::Rounding));
-
-  Simulation failed(
-      cube_on_ground(),
-      {.time_step = 1e-3, .tolerance = 1e-15, .max_iterations = 1, .smallest_time_step = 1e-3});
-  CHECK(flagged(failed.advance(), FlagKind::Unconverged));
-  Simulation fine(cube_on_ground(), {.time_step = 1e-3});
-  CHECK(fine.advance().flags.empty());
 }
