@@ -25,6 +25,7 @@ FIXED, FREE = "#c3c0ba", "#e0b070"
 HINGE, SLIDE = "#0072B2", "#D55E00"  # told apart by everybody (Okabe and Ito)
 MOVES = 0.02  # of the fastest corner: less is not marked
 LARGEST = 0.08  # displacement, of the picture
+MANY = 60  # blocks, from which on marks and lines shrink with them
 
 
 def joints(document):
@@ -62,11 +63,15 @@ def resultant(contacts):
     return forces.sum(axis=0), weights @ np.array([c["point"] for c in contacts]) / weights.sum()
 
 
+def size(largest, solids):
+    return largest * min(1.0, (MANY / len(solids)) ** 0.5)
+
+
 def draw_blocks(axes, solids, keep, scale=0.0):
     for solid in solids.values():
         for part in solid.parts:
             corners = np.array([p + scale * solid.velocity(p) for p in part.points])[:, keep]
-            axes.add_patch(Polygon(corners[ConvexHull(corners).vertices], edgecolor="#50402c", lw=0.6,
+            axes.add_patch(Polygon(corners[ConvexHull(corners).vertices], edgecolor="#50402c", lw=size(0.6, solids),
                                    facecolor=FREE if solid.moves else FIXED))
     axes.set_aspect("equal")
     axes.autoscale_view()
@@ -89,7 +94,8 @@ def draw_falls(axes, document, keep):
         if kind:
             counts[kind] += 1
             place = (point + scale * solids[pair[1]].velocity(point))[keep]
-            axes.plot(*place, "o" if kind == "hinge" else "s", color=HINGE if kind == "hinge" else SLIDE, ms=5)
+            axes.plot(*place, "o" if kind == "hinge" else "s", color=HINGE if kind == "hinge" else SLIDE,
+                      ms=size(5, solids))
     axes.set_title(f"mechanism: {counts['hinge']} joints turn (circles), {counts['slide']} slide (squares)", fontsize=9)
 
 
@@ -99,13 +105,13 @@ def thrust_points(document, keep):
 
 
 def draw_stands(axes, documents, keep):
-    draw_blocks(axes, solids_of(documents[0]), keep)
+    draw_blocks(axes, solids := solids_of(documents[0]), keep)
     lines = [thrust_points(document, keep) for document in documents]
     if len(lines) == 2 and len(lines[0]) == len(lines[1]):
         for one, other in zip(*lines):
             axes.plot(*np.array([one, other]).T, color=HINGE, lw=3, alpha=.5, solid_capstyle="round")
     for line, colour in zip(lines, (SLIDE, HINGE)):
-        axes.plot(*line.T, "o", color=colour, ms=3)
+        axes.plot(*line.T, "o", color=colour, ms=size(3, solids))
     axes.set_title("where joints press" if len(lines) == 1 else "zone of thrust, least (orange) to greatest (blue)",
                    fontsize=9)
 
