@@ -4,7 +4,9 @@ import copy
 import io
 import json
 import math
+import os
 import pathlib
+import pty
 import subprocess
 import sys
 import tempfile
@@ -417,6 +419,14 @@ for name, (kind, forge) in {**FORGED, **SCENE_FORGED}.items():
     refused, said = checked(folder / "forged", folder / "scene.json" if name in SCENE_FORGED else None)
     if not refused:
         failures.append(f"forged: {name}: {said}")
+
+# A terminal sees what is done.
+terminal, end = pty.openpty()
+subprocess.run([quoin, "limit", folder / "scene.json", "--vary", "load=push:0:2", "--loading", "0"],
+               stdout=subprocess.DEVNULL, stderr=end, check=False)
+os.close(end)
+if b"proofs: " not in (seen := os.read(terminal, 9999)):
+    failures.append(f"progress: {seen}")
 
 # Input that can't be worked with: one line, exit code 2.
 for vary in ("load=push:0", "load=none:0:1", "tilt=3:1", "friction=0:95", "strength=0:2", "mass=0:1", "tilt=0:x"):

@@ -1,15 +1,12 @@
 #pragma once
 /// What loading reaches: runs of the solver itself, and mechanisms under Coulomb friction.
 
-#include <functional>
 #include <optional>
 #include <quoin/solver/simulation.hpp>
 
 #include "limit/proofs.hpp"
 
 namespace quoin::limit_analysis {
-
-using Progress = std::function<void(const std::string&)>;
 
 /// Of runs of the solver. Observed, not proved.
 struct Reached {

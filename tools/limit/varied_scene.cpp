@@ -157,6 +157,7 @@ void VariedScene::judge_by(Joints joints) {
 }
 
 Trial VariedScene::at(double value) {
+  progress("proofs: " + std::to_string(value));
   const bool load = vary_.what == "load";
   Trial trial{value, with_joints(load ? scene_ : changed_scene(value), joints_), problem_};
   trial.joints = joints_;
@@ -171,6 +172,7 @@ Trial VariedScene::at(double value) {
 }
 
 Equilibrium VariedScene::largest() {
+  progress("proofs: the convex problem");
   const Equilibrium found = solver::largest_load_factor(problem_, vary_.to - vary_.from);
   factorizations += found.factorizations;
   return found;

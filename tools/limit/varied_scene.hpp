@@ -1,6 +1,7 @@
 #pragma once
 /// What `quoin limit` varies, and the scene at each value of it.
 
+#include <functional>
 #include <quoin/solver/equilibrium.hpp>
 #include <string>
 #include <vector>
@@ -52,6 +53,8 @@ struct Trial {
   Joints joints = Joints::Yield;
 };
 
+using Progress = std::function<void(const std::string&)>;
+
 /// Scenes by value.
 class VariedScene {
  public:
@@ -70,6 +73,7 @@ class VariedScene {
   const Vary& vary() const { return vary_; }
 
   int factorizations = 0;
+  Progress progress = [](const std::string&) {};  ///< told before a value is solved
 
  private:
   Scene changed_scene(double value) const;

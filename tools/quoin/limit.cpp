@@ -66,7 +66,6 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
   if (const auto found = limit_analysis::coulomb_mechanism(scenes, limit, half, show_progress)) {
     result["coulomb_mechanism"] = {{"value", found->value}, {"excess", found->excess}};
   }
-  end_progress();
   // The value nearest to the safe end of all that is lost, or falls.
   const bool rises = limit.falls->value > limit.stands->value;
   std::optional<double> safe;
@@ -286,7 +285,6 @@ Limit settlement(const LimitArguments& arguments, const VariedScene& scenes, jso
   limit_analysis::Reached reached;
   Limit limit = limit_analysis::settle(scenes, arguments.tolerance, arguments.loading,
                                        show_progress, reached);
-  end_progress();
   loading = {{"gradual", reached_json(reached)}, {"safe", number_or_null(reached.holds)}};
   return limit;
 }
@@ -309,6 +307,7 @@ int limit(const LimitArguments& arguments) {
   using limit_analysis::summary;
   VariedScene scenes(arguments.scene, arguments.changes,
                      limit_analysis::parse_vary(arguments.vary));
+  scenes.progress = show_progress;
   json loading;
   const bool sinks = scenes.vary().what == "settlement";
   Limit limit = sinks ? settlement(arguments, scenes, loading)
@@ -322,6 +321,7 @@ int limit(const LimitArguments& arguments) {
     const json safe = loading.is_null() ? json() : loading["safe"];
     take_brittle(std::move(stands), safe, arguments.tolerance, limit);
   }
+  end_progress();
   json report = {{"scene", arguments.scene},
                  {"vary", arguments.vary},
                  {"stands", summary(limit.stands.get())},
