@@ -187,7 +187,7 @@ TEST_CASE("A matrix that is solved once gives the bits of one whose factors are 
     REQUIRE(keeps.factorize(problem.system));
     REQUIRE(keeps.solve(right, kept));
     for (int i = 0; i < 2; ++i) {
-      REQUIRE(solves_once.factorize(problem.system, right));
+      REQUIRE(solves_once.factorize(problem.system, &right));
       REQUIRE(solves_once.solve(right, once));
       CHECK(once == kept);
     }
@@ -215,7 +215,7 @@ TEST_CASE("Any number of threads eliminates to the same bits") {
         BlockVector solution = right;
         for (int again = 0; again < 2; ++again) {
           REQUIRE(
-              (once ? solver.factorize(problem.system, right) : solver.factorize(problem.system)));
+              (once ? solver.factorize(problem.system, &right) : solver.factorize(problem.system)));
           REQUIRE(solver.solve(right, solution));
         }
         CHECK(solver.condition_estimate() > 1.0);

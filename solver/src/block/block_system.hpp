@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "block/displacement.hpp"
 
@@ -95,6 +96,27 @@ struct BlockSystem {
   bool symmetric = true;
   std::vector<Frame> frames;  ///< by slot; empty: not known
 };
+
+/// Pairs of slots that contacts couple, and which pair each contact belongs to. `first`, `second`:
+/// its slots; -1: none.
+template <class Contact, class Slot>
+void set_pairs(std::span<Contact> contacts, Slot first, Slot second,
+               std::vector<std::pair<int, int>>& pairs) {
+  const auto coupled = [&](const Contact& c) { return c.*first >= 0 && c.*second >= 0; };
+  const auto pair = [&](const Contact& c) -> std::pair<int, int> {
+    return std::minmax(c.*first, c.*second);
+  };
+  pairs.clear();
+  for (const Contact& c : contacts) {
+    if (coupled(c)) pairs.push_back(pair(c));
+  }
+  std::ranges::sort(pairs);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  for (Contact& c : contacts) {
+    if (!coupled(c)) continue;
+    c.pair = static_cast<int>(std::ranges::lower_bound(pairs, pair(c)) - pairs.begin());
+  }
+}
 
 using BlockVector = std::vector<Vector12>;  ///< by slot; unused tail entries are zero
 

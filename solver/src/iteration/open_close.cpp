@@ -139,18 +139,7 @@ void add(const OpenCloseResult& later, OpenCloseResult& total) {
 }
 
 void set_pairs(std::span<LinearContact> contacts, BlockSystem& base) {
-  auto& pairs = base.pairs;
-  pairs.clear();
-  for (const LinearContact& c : contacts) {
-    if (c.slot_a >= 0 && c.slot_b >= 0) pairs.push_back(std::minmax(c.slot_a, c.slot_b));
-  }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (LinearContact& c : contacts) {
-    if (c.slot_a < 0 || c.slot_b < 0) continue;
-    const std::pair<int, int> pair = std::minmax(c.slot_a, c.slot_b);
-    c.pair = static_cast<int>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin());
-  }
+  set_pairs(contacts, &LinearContact::slot_a, &LinearContact::slot_b, base.pairs);
 }
 
 /// Largest violation of the contact conditions that multipliers should remove, m.

@@ -25,7 +25,7 @@ bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only)
     using enum LinearSolverKind;
     return distributed_->factorize(system, *slots_, iterates ? Multigrid : Elimination);
   }
-  return only != nullptr ? elimination_.factorize(system, *only) : elimination_.factorize(system);
+  return elimination_.factorize(system, only);
 }
 
 bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {

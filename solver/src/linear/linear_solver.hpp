@@ -30,12 +30,8 @@ class LinearSolver {
 
   /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
   /// definite.
-  bool factorize(const BlockSystem& system) { return factorize(system, nullptr); }
-  /// The same of a matrix that, where it is not symmetric, is solved once, for `only`: that takes
-  /// half the memory.
-  bool factorize(const BlockSystem& system, const BlockVector& only) {
-    return factorize(system, &only);
-  }
+  /// `only`: a matrix that is not symmetric is solved once, for it: that takes half the memory.
+  bool factorize(const BlockSystem& system, const BlockVector* only = nullptr);
 
   /// False where iterations of several processes do not converge and elimination fails, too:
   /// `solution` is then of no use.
@@ -48,7 +44,6 @@ class LinearSolver {
   const LinearSolverCounts& counts() const { return counts_; }  ///< since choose()
 
  private:
-  bool factorize(const BlockSystem& system, const BlockVector* only);
   bool is_large(const BlockSystem& system);
 
   const Slots* slots_;

@@ -262,12 +262,6 @@ DenseFront Multifrontal::dense(const Front& front, Lane& lane) {
           {lane.stack.data() + lane.top, below, below, below}};
 }
 
-bool Multifrontal::factorize(const BlockSystem& system) { return factorize(system, nullptr); }
-
-bool Multifrontal::factorize(const BlockSystem& system, const BlockVector& only) {
-  return factorize(system, &only);
-}
-
 bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only) {
   choose_analysis(system);
   threads_ = next_threads_;

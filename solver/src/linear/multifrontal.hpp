@@ -29,10 +29,9 @@ class Multifrontal {
 
   /// L L^T for a symmetric matrix; for another L U with row exchanges inside a supernode. False
   /// when it is singular to working accuracy, or symmetric and not positive definite.
-  bool factorize(const BlockSystem& system);
-  /// The same of a matrix that is solved once, for `only`: of one that is not symmetric L is used
-  /// as it comes, and half of the factors are not kept.
-  bool factorize(const BlockSystem& system, const BlockVector& only);
+  /// `only`: the matrix is solved once, for it: of one that is not symmetric L is used as it comes,
+  /// and half of the factors are not kept.
+  bool factorize(const BlockSystem& system, const BlockVector* only = nullptr);
   /// `right`: after factorize() with it, `only`.
   void solve(const BlockVector& right, BlockVector& solution);
 
@@ -109,7 +108,6 @@ class Multifrontal {
     int first = std::numeric_limits<int>::max();
     double* to = nullptr;
   };
-  bool factorize(const BlockSystem& system, const BlockVector* only);
   void analyse(const BlockSystem& system, const std::vector<int>& coupled, Analysis& result);
   void analyse_pattern(const BlockSystem& system);
   void choose_analysis(const BlockSystem& system);

@@ -5,6 +5,7 @@
 #include "base/index.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -134,9 +135,7 @@ void take_over_stretch(const Joint& was, const Joint& is, const State& state, Co
   if (before == now || before == 0.0 || contact.mode == ContactMode::Open) return;
   const Pose a = pose(state.blocks[index(contact.point.key.a)]);
   const Pose b = pose(state.blocks[index(contact.point.key.b)]);
-  const Vector3& normal = contact.point.normal;
-  Vector3 stretch = between(a, b) + (b.shape * contact.anchor_b - a.shape * contact.anchor_a);
-  stretch -= stretch.dot(normal) * normal;
+  const Vector3 stretch = shear_stretch(a, b, contact.point.normal, contact);
   const double kept = now > 0.0 ? before / now : 0.0;
   contact.anchor_b -= reference_arm(b, (1.0 - kept) * stretch);
 }

@@ -25,41 +25,18 @@ Vector3 world_point(const State& state, int block, const Vector3& reference_arm)
 }
 
 const char* name(ContactMethod method) {
-  switch (method) {
-    case ContactMethod::AugmentedLagrangian:
-      return "augmented_lagrangian";
-    case ContactMethod::Springs:
-      return "springs";
-    case ContactMethod::Paper:
-      return "paper";
-    case ContactMethod::Penalty:
-      return "penalty";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"augmented_lagrangian", "springs", "paper", "penalty"};
+  return kNames[static_cast<std::size_t>(method)];
 }
 
 const char* name(ContactIteration iteration) {
-  switch (iteration) {
-    case ContactIteration::OpenClose:
-      return "open_close";
-    case ContactIteration::ProximalNewton:
-      return "proximal_newton";
-    case ContactIteration::Automatic:
-      return "automatic";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"open_close", "proximal_newton", "automatic"};
+  return kNames[static_cast<std::size_t>(iteration)];
 }
 
 const char* name(LinearSolverKind kind) {
-  switch (kind) {
-    case LinearSolverKind::Automatic:
-      return "automatic";
-    case LinearSolverKind::Elimination:
-      return "elimination";
-    case LinearSolverKind::Multigrid:
-      return "multigrid";
-  }
-  return "";
+  static constexpr const char* kNames[] = {"automatic", "elimination", "multigrid"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 const char* name(StaticVerdict verdict) {

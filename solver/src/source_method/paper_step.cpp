@@ -111,20 +111,6 @@ PaperContact paper_contact(const StepSetting& step, const BodyContact& from) {
   return c;
 }
 
-void set_pairs(std::vector<PaperContact>& contacts, std::vector<std::pair<int, int>>& pairs) {
-  pairs.clear();
-  for (const PaperContact& c : contacts) {
-    if (c.slot_i >= 0 && c.slot_j >= 0) pairs.push_back(std::minmax(c.slot_i, c.slot_j));
-  }
-  std::ranges::sort(pairs);
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (PaperContact& c : contacts) {
-    if (c.slot_i < 0 || c.slot_j < 0) continue;
-    const std::pair<int, int> pair = std::minmax(c.slot_i, c.slot_j);
-    c.pair = static_cast<int>(std::ranges::lower_bound(pairs, pair) - pairs.begin());
-  }
-}
-
 PaperOptions paper_options(const StepSetting& step, double penalty,
                            std::span<const BodyContact> contacts) {
   PaperOptions result;
@@ -303,7 +289,7 @@ void PaperMethod::attempt(const SubStep& at, std::span<const BodyContact> contac
   assemble_blocks(step, penalty, base_, force_);
   std::vector<PaperContact> solved;
   for (const BodyContact& contact : contacts) solved.push_back(paper_contact(step, contact));
-  set_pairs(solved, base_.pairs);
+  set_pairs(std::span(solved), &PaperContact::slot_i, &PaperContact::slot_j, base_.pairs);
   const PaperOptions tuning = paper_options(step, penalty, contacts);
   clock.charge(&PhaseSeconds::assemble);
   BlockVector increment(own.size(), Vector12::Zero());

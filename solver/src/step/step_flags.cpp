@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "contact/contact_history.hpp"
 
@@ -29,41 +28,33 @@ bool is_hard(const CompiledScene& compiled, const geometry::ContactPoint& point,
   return !(joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0);
 }
 
-void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point, bool& hard,
-                  double& share, const geometry::ContactPoint*& worst) {
-  const double now = overlap_share(compiled, point);
-  const bool now_hard = is_hard(compiled, point, now);
-  if (!(std::pair(now_hard, now) > std::pair(hard, share))) return;
-  hard = now_hard;
-  share = now;
-  worst = &point;
+void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point,
+                  WorstOverlap& worst) {
+  const double share = overlap_share(compiled, point);
+  const WorstOverlap now{is_hard(compiled, point, share), share, &point};
+  if (now.size() > worst.size()) worst = now;
 }
 
 bool is_before(const geometry::ContactPoint* x, const geometry::ContactPoint* y) {
   return x != nullptr && (y == nullptr || x->key < y->key);
 }
 
-/// Hard before others, then the larger share, of equal ones that of the first point.
-void add(bool hard, double share, const geometry::ContactPoint* point, bool& total_hard,
-         double& total_share, const geometry::ContactPoint*& total) {
-  const std::pair now(hard, share), most(total_hard, total_share);
-  if (now < most || (now == most && !is_before(point, total))) return;
-  total_hard = hard;
-  total_share = share;
-  total = point;
+/// Of equal ones that of the first point.
+void add(const WorstOverlap& now, WorstOverlap& total) {
+  if (now.size() < total.size()) return;
+  if (now.size() > total.size() || is_before(now.point, total.point)) total = now;
 }
 
 /// Overlaps of springs are by their law.
 StepFlag worst_overlap(const StepEvidence& evidence, const Extremes& extremes) {
-  const bool held = std::pair(extremes.held_hard, extremes.held_share) >
-                    std::pair(extremes.found_hard, extremes.found_share);
-  const geometry::ContactPoint* point = held ? extremes.held_point : extremes.found_point;
+  const WorstOverlap& worst =
+      extremes.held.size() > extremes.found.size() ? extremes.held : extremes.found;
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
-  if (point == nullptr) return flag;
-  flag.value = held ? extremes.held_share : extremes.found_share;
-  flag.block = point->key.a;
-  flag.other = point->key.b;
-  flag.fails = !evidence.springs && (held ? extremes.held_hard : extremes.found_hard);
+  if (worst.point == nullptr) return flag;
+  flag.value = worst.share;
+  flag.block = worst.point->key.a;
+  flag.other = worst.point->key.b;
+  flag.fails = !evidence.springs && worst.hard;
   return flag;
 }
 
@@ -118,13 +109,12 @@ void note_contacts(const CompiledScene& compiled, std::span<const Contact> conta
                    std::span<const geometry::ContactPoint> found, Extremes& extremes) {
   for (const geometry::ContactPoint& point : found) {
     extremes.overlap = std::max(extremes.overlap, -point.gap);
-    note_overlap(compiled, point, extremes.found_hard, extremes.found_share, extremes.found_point);
+    note_overlap(compiled, point, extremes.found);
   }
   for (const Contact& contact : contacts) {
     if (contact.mode == ContactMode::Open) continue;
     ++extremes.closed;
-    note_overlap(compiled, contact.point, extremes.held_hard, extremes.held_share,
-                 extremes.held_point);
+    note_overlap(compiled, contact.point, extremes.held);
   }
   extremes.vanished = vanished(compiled, contacts, found);
 }
@@ -138,10 +128,8 @@ void add(const Extremes& part, Extremes& total) {
     total.strain = part.strain;
     total.strained = part.strained;
   }
-  add(part.found_hard, part.found_share, part.found_point, total.found_hard, total.found_share,
-      total.found_point);
-  add(part.held_hard, part.held_share, part.held_point, total.held_hard, total.held_share,
-      total.held_point);
+  add(part.found, total.found);
+  add(part.held, total.held);
   if (is_before(part.vanished, total.vanished)) total.vanished = part.vanished;
 }
 

@@ -3,6 +3,7 @@
 
 #include <quoin/solver/simulation.hpp>
 #include <span>
+#include <utility>
 
 #include "scene/compiled_scene.hpp"
 
@@ -45,19 +46,24 @@ struct StepEvidence {
   StepFlag turn{}, impacts{};                       ///< of the islands where they are worst
 };
 
+/// Hard ones come before any that joints close by their law.
+struct WorstOverlap {
+  bool hard = false;                              ///< beyond what the joint explains
+  double share = 0.0;                             ///< of the smaller block
+  const geometry::ContactPoint* point = nullptr;  ///< the first one with it
+  std::pair<bool, double> size() const { return {hard, share}; }
+};
+
 /// What blocks and contacts show where they stand.
 struct Extremes {
-  int closed = 0;                              ///< contacts
-  double overlap = 0.0;                        ///< of points found, m
-  double strain = 0.0;                         ///< component
-  double speed = 0.0;                          ///< of a vertex, m/s
-  int strained = -1;                           ///< the first block with `strain`
-  bool found_hard = false, held_hard = false;  ///< beyond what the joint explains
-  /// Share of the smaller block of a pair that overlaps, and the first point with it: of points
-  /// found, and of what the step's own springs let through: a block that has sunk right through
-  /// another one is not found any more. Hard ones come before any that joints close by their law.
-  double found_share = 0.0, held_share = 0.0;
-  const geometry::ContactPoint *found_point = nullptr, *held_point = nullptr;
+  int closed = 0;        ///< contacts
+  double overlap = 0.0;  ///< of points found, m
+  double strain = 0.0;   ///< component
+  double speed = 0.0;    ///< of a vertex, m/s
+  int strained = -1;     ///< the first block with `strain`
+  /// Of points found, and of what the step's own springs let through: a block that has sunk right
+  /// through another one is not found any more.
+  WorstOverlap found, held;
   const geometry::ContactPoint* vanished = nullptr;  ///< see vanished()
 };
 
