@@ -238,8 +238,7 @@ Matrix3 tangent(const LinearContact& c, const TangentOptions& options) {
   const Eigen::Vector2d along = trial / size;
   result.topRightCorner<1, 2>() = -result(0, 0) * gap_by_slip(c).transpose();
   result.bottomRightCorner<2, 2>() = (shear * friction_limit(c, c.force[0]) / size) *
-                                         (Eigen::Matrix2d::Identity() - along * along.transpose()) +
-                                     (shear * options.damping) * Eigen::Matrix2d::Identity();
+                                     (Eigen::Matrix2d::Identity() - along * along.transpose());
   if (!follows) return result;
   result.bottomLeftCorner<2, 1>() = c.friction * normal * along;
   result.bottomRightCorner<2, 2>() += c.friction * along * result.topRightCorner<1, 2>();

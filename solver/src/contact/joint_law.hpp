@@ -86,7 +86,6 @@ struct TangentOptions {
   bool assumed = false;
   double softness = 1.0;
   double negligible = 0.0;  ///< N: no friction below
-  double damping = 0.0;  ///< added to a sliding contact: share of the stiffness of a sticking one
 };
 
 /// -df/dd: what the contact adds to the stiffness. A sliding contact's friction follows its normal

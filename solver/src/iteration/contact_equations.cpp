@@ -214,11 +214,6 @@ double ContactEquations::worst_residual(std::span<const double> floor) const {
   return worst;
 }
 
-double ContactEquations::relative_residual(std::size_t s) const {
-  const double size = unbalanced(s, floor_[s]);
-  return std::isfinite(size) ? size / std::max(scale_[s], kNoForce) : size;
-}
-
 bool ContactEquations::balanced(std::size_t slot, double tolerance) const {
   const double size = unbalanced(slot, floor_[slot]);
   return std::isfinite(size) && size <= tolerance * scale_[slot];

@@ -42,7 +42,6 @@ class ContactEquations {
   const BlockVector& residual() const { return residual_; }  ///< by slot
   /// The largest residual by the forces at its block, less what rounding makes of it.
   double relative_residual() const { return worst_residual(floor_); }
-  double relative_residual(std::size_t slot) const;  ///< of one block
   /// The same, less what rounding of `change`, which was evaluated, makes of it, too.
   double residual_beyond_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
                                   const BlockVector& change, double softness) const;

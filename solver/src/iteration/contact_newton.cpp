@@ -26,14 +26,6 @@ constexpr int kMostBisections = 30;
 constexpr int kMostHalvings = 8;
 constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Newton step is as good
 constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
-// Damping of sliding contacts, once a search has failed. With 1 a block that all its contacts let
-// slide moves by the sum of their forces over that of their stiffness: about the way from one end
-// of their cones to the other. Chosen on the static walls of bench/large.md.
-constexpr double kDamping = 1.0;
-constexpr double kDamper = 4.0;         // after a step of which little was taken; all of it: less
-constexpr double kMostDamping = 10.0;   // no step is tried again
-constexpr double kLeastDamping = 1e-3;  // less is none
-constexpr double kLittle = 0.25;        // of a step
 
 bool is_symmetric(const Matrix3& matrix) {
   return matrix.topRightCorner<1, 2>().isZero(0.0) && matrix.bottomLeftCorner<2, 1>().isZero(0.0);
@@ -56,40 +48,6 @@ void ContactNewton::evaluate(Law law, double softness) {
   equations_.evaluate(*base_, contacts_, change_, law, softness);
 }
 
-/// A block that slides on all its contacts, some this way and some that, has forces that do not
-/// hang on where it is: Newton's step takes it past where any of them sticks again. Further
-/// stiffness of its sliding contacts shortens the step of that block. It goes with the residual, so
-/// that none is left at the solution; [Yamashita & Fukushima 2001] let the parameter of the
-/// Levenberg-Marquardt method go with its square.
-void ContactNewton::set_damping() {
-  damping_of_block_.assign(damping_ > 0.0 ? change_.size() : 0, 0.0);
-  for (std::size_t s = 0; s < damping_of_block_.size(); ++s) {
-    damping_of_block_[s] = std::min(1.0, damping_ * equations_.relative_residual(s));
-  }
-}
-
-/// The larger of its blocks'.
-double ContactNewton::damping(const LinearContact& c) const {
-  if (damping_of_block_.empty()) return 0.0;
-  const auto of = [&](int slot) { return slot < 0 ? 0.0 : damping_of_block_[index(slot)]; };
-  return std::max(of(c.slot_a), of(c.slot_b));
-}
-
-/// Where the last search has failed: back to where it began, for a step that is damped more.
-bool ContactNewton::step_back(double softness) {
-  if (found_ || damping_ >= kMostDamping) return false;
-  damping_ = std::max(kDamping, kDamper * damping_);
-  std::swap(change_, trial_);
-  evaluate(Law::True, softness);
-  return true;
-}
-
-void ContactNewton::adapt_damping() {
-  if (share_ < kLittle && damping_ < kMostDamping) damping_ *= kDamper;
-  if (share_ == 1.0) damping_ /= kDamper;
-  if (damping_ < kLeastDamping) damping_ = 0.0;
-}
-
 /// A tangent that is not symmetric is taken for another one each time: what slides has turned since
 /// the last one, and the matrix is solved once.
 bool ContactNewton::same_tangent(Law law, double softness) {
@@ -99,11 +57,8 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   }
   std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
-  set_damping();
   threads_.each(contacts_.size(), [&](std::size_t c) {
-    TangentOptions own = options;
-    if (!own.assumed) own.damping = damping(contacts_[c]);
-    const Matrix3 next = tangent(contacts_[c], own);
+    const Matrix3 next = tangent(contacts_[c], options);
     if (next == tangent_[c]) return;
     tangent_[c] = next;
     same.store(false, std::memory_order_relaxed);
@@ -157,7 +112,6 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
   factorized_ = solver_.solve(equations_.residual(), step_);
   if (!factorized_) return false;
   ++count.solves;
-  found_ = true;
   if (law == Law::Assumed) {
     move(Law::True, softness, 1.0);
   } else if (system_.symmetric) {
@@ -170,7 +124,6 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
 }
 
 void ContactNewton::move(Law law, double softness, double share) {
-  share_ = share;
   for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
   equations_.evaluate(*base_, contacts_, trial_, law, softness);
 }
@@ -190,7 +143,6 @@ void ContactNewton::search_residual(Law law, double softness) {
     if (now <= (1.0 - kEnoughFall * share) * before) return;
   }
   move(law, softness, best_share);
-  found_ = false;
 }
 
 /// The residual is minus the gradient of a convex function: its slope along the step falls and
@@ -229,7 +181,6 @@ Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
   double reached = std::numeric_limits<double>::infinity();
   double least = equations_.squared_residual();
   int waited = 0;
-  damping_ = 0.0;
   for (int i = 0; i < kMostSteps && count.iterations < options.most_iterations; ++i) {
     const double residual = equations_.relative_residual();
     if (residual <= tolerance) return Relaxed::ToTolerance;
@@ -243,11 +194,8 @@ Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
       const double left = equations_.residual_beyond_rounding(*base_, contacts_, change_, softness);
       return left <= tolerance ? Relaxed::ToRounding : Relaxed::No;
     }
-    do {
-      ++count.iterations;
-      if (!step(Law::True, softness, count)) return Relaxed::No;
-    } while (options.damped && count.iterations < options.most_iterations && step_back(softness));
-    adapt_damping();
+    ++count.iterations;
+    if (!step(Law::True, softness, count)) return Relaxed::No;
   }
   const bool solved = equations_.relative_residual() <= tolerance;
   return solved ? Relaxed::ToTolerance : Relaxed::No;

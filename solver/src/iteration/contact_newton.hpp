@@ -18,8 +18,6 @@ struct RelaxOptions {
   double tolerance = 1e-10;  ///< relative residual
   double softness = 1.0;     ///< of all contacts, share of their stiffness
   int most_iterations = 0;   ///< in all
-  /// Sliding contacts, where a search finds no fall; for equilibria of rigid blocks.
-  bool damped = false;
 };
 
 enum class Relaxed {
@@ -62,10 +60,6 @@ class ContactNewton {
   double condition_estimate() const { return solver_.condition_estimate(); }
 
  private:
-  void set_damping();
-  double damping(const LinearContact& contact) const;
-  bool step_back(double softness);
-  void adapt_damping();
   bool same_tangent(Law law, double softness);
   void assemble();
   template <int n>
@@ -86,10 +80,6 @@ class ContactNewton {
   BlockVector change_, trial_, step_;
   std::vector<Matrix3> tangent_;  ///< of each contact, of the last factorization
   bool factorized_ = false;
-  bool found_ = true;     ///< the last search: the residual fell as it should
-  double share_ = 1.0;    ///< of the last step, that was taken
-  double damping_ = 0.0;  ///< of sliding contacts, by the relative residual of their blocks
-  std::vector<double> damping_of_block_;  ///< what that is, by slot; empty: none
 };
 
 }  // namespace quoin::solver

@@ -157,7 +157,7 @@ OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
 /// Statics of many blocks, in contacts that the interior point method knows.
 bool ContactSolver::begins_inside(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& tuning) const {
-  return tuning.damped && tuning.raise && slots_->count() >= kMany &&
+  return tuning.at_rest && tuning.raise && slots_->count() >= kMany &&
          std::ranges::all_of(contacts, InteriorPoint::suits) && !contacts.empty();
 }
 

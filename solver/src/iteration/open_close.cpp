@@ -245,9 +245,7 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
     const bool exactly = softness == 1.0 && !progress.slow;
     const double wanted =
         exactly ? options.force_tolerance : wanted_residual(contacts, options, progress);
-    const bool damped = options.damped && slots_->rigid();
-    const Relaxed relaxed =
-        newton_.relax({wanted, softness, options.max_iterations, damped}, count);
+    const Relaxed relaxed = newton_.relax({wanted, softness, options.max_iterations}, count);
     progress.slow =
         progress.slow || relaxed == Relaxed::No || count.iterations - before > kQuickSteps;
     if (relaxed != Relaxed::No) {

@@ -28,7 +28,7 @@ struct OpenCloseOptions {
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
-  bool damped = false;     ///< of rigid blocks: sliding contacts, where Newton's search fails
+  bool at_rest = false;    ///< of a static step: the interior point method may help
   /// Many rigid blocks move: contact forces are wanted to 1e4 times the force tolerance alone.
   bool moves = false;
   /// Joints hold without limit, and will be judged by the forces: whether these have one is asked.

@@ -201,7 +201,7 @@ OpenCloseOptions tuning_of(const SubStep& step, std::span<const BodyContact> con
   OpenCloseOptions tuning{.force_tolerance = step.options.tolerance,
                           .gap_tolerance = step.gap_tolerance()};
   tuning.raise = step.options.method == ContactMethod::AugmentedLagrangian;
-  tuning.damped = !step.dynamic();  // in motion dominoes took twice the solves with it
+  tuning.at_rest = !step.dynamic();
   tuning.mended_apart = crowd_tolerance(step.options.tolerance) * step.island.smallest_size;
   tuning.breaks = may_fail(contacts);
   tuning.redundant = !step.dynamic() && many_deform(step.island.slots);
