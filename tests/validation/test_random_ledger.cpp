@@ -112,7 +112,7 @@ Growth growth_of(const Scene& scene) {
 template <class Make>
 void check_scenes(const Make& make) {
   const std::uint64_t seed = environment_number("QUOIN_SEED", 1);
-  const std::uint64_t cases = environment_number("QUOIN_CASES", 12);
+  const std::uint64_t cases = environment_number("QUOIN_CASES", 48);
   std::uint64_t unsolved = 0, grown = 0;
   double worst = 0.0;
   for (std::uint64_t i = 0; i < cases; ++i) {

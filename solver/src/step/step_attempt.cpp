@@ -29,11 +29,8 @@ constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are lef
 constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps of
 constexpr double kUnforeseen = 0.3;  // times the crowd's tolerance beyond what the last one says,
 constexpr double kFalls = 0.8;       // and all where changes still fall to this share of the last
-// Gaps that are mended apart keep linearisations from agreeing. Where one changes blocks by less
-// than
-constexpr double kMended = 1e-5;    // of the smallest, forces are held, and the blocks follow them
-constexpr int kMostFollowing = 4;   // times, at most, as long as gaps change by no more than
-constexpr double kFollowed = 1e-7;  // a fifth of what they may be.
+// Gaps that are mended apart keep linearisations from agreeing: of the smallest block.
+constexpr double kMended = 1e-5;
 // Of how far supports move against each other: overlaps that tell that hit blocks have no way. Of a
 // block that a belt takes into a stop contacts that yield leave 7e-4 of it.
 constexpr double kSqueezed = 0.1;
@@ -90,57 +87,6 @@ double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> c
   return largest;
 }
 
-/// The blocks follow the contacts' forces as they are: nothing is solved. Largest motion that
-/// changes, m.
-double follow_forces(const SubStep& step, std::span<LinearContact> contacts,
-                     AttemptMemory& memory) {
-  const SquareBlocks& compliance = memory.terms.compliance;
-  BlockVector &pushed = memory.pushed, &increment = memory.followed;
-  pushed = memory.terms.force;
-  for (const LinearContact& c : contacts) {
-    if (c.slot_a >= 0) pushed[index(c.slot_a)] += c.jacobian_a.push(c.force);
-    if (c.slot_b >= 0) pushed[index(c.slot_b)] += c.jacobian_b.push(c.force);
-  }
-  double change = 0.0;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    Vector12 next = Vector12::Zero();
-    next.head(compliance.width()) = compliance[s] * pushed[s].head(compliance.width());
-    change = std::max(change, motion_of(next - increment[s], step.island.slots.length[s]));
-    increment[s] = next;
-  }
-  for (LinearContact& c : contacts) {
-    c.relative = c.offset;
-    if (c.slot_a >= 0) c.relative += c.jacobian_a * increment[index(c.slot_a)];
-    if (c.slot_b >= 0) c.relative += c.jacobian_b * increment[index(c.slot_b)];
-  }
-  return change;
-}
-
-/// Contact forces are held, and linearisations repeated until these agree: so momentum is kept.
-/// False, and blocks and linear contacts as they were, where that changes gaps.
-bool settle(const SubStep& step, std::span<BodyContact> contacts, AttemptMemory& memory,
-            StepPoses& poses, std::span<LinearContact> linear) {
-  const double size = step.island.smallest_size;
-  std::vector<LinearContact>& following = memory.following;
-  following.assign(linear.begin(), linear.end());
-  memory.followed = memory.increment;
-  for (int pass = 0; pass < kMostFollowing; ++pass) {
-    set_force(step, poses, memory.terms);
-    linearise(step, memory.terms, poses, memory.ties, contacts, following);
-    const double change = follow_forces(step, following, memory);
-    by_block(step.island.slots, memory.followed, poses.increment);
-    set_end(step, poses);
-    measure_slips(poses, contacts, false, following);
-    if (!(change <= kFollowed * size)) break;
-    if (change > kAgreement * size) continue;
-    std::ranges::swap_ranges(following, linear);
-    return true;
-  }
-  by_block(step.island.slots, memory.increment, poses.increment);
-  set_end(step, poses);
-  return false;
-}
-
 /// Whether what the last linearisation came to is as good for the next one. Changes go down
 /// at least as the last two have: where a crowd moves it is enough that the next one would change
 /// nothing. `before`: what the one before the last has changed, m.
@@ -173,17 +119,15 @@ struct Pass {
 };
 
 /// Likewise where contacts yield.
-bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<BodyContact> contacts,
-                   AttemptMemory& memory, StepPoses& poses, std::span<LinearContact> linear) {
+bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyContact> contacts,
+                   const StepPoses& poses, std::span<const LinearContact> linear) {
   const double size = step.island.smallest_size, change = pass.solved.change;
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
   const double overlap = kUnforeseen * crowd_tolerance(step.options.tolerance) * size;
-  const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= overlap;
-  const bool rigid = step.island.slots.rigid();  // strain would take up what gaps change
-  const bool mended = rigid && pass.solved.closed && foreseen && change <= kMended * size;
-  if (mended && settle(step, contacts, memory, poses, linear)) return true;
-  if (foreseen) return pass.number >= kQuickLinearisations;
+  if (unforeseen_overlap(poses, contacts, linear) <= overlap) {
+    return pass.number >= kQuickLinearisations;
+  }
   const bool falls = change <= kFalls * pass.before;
   return pass.number >= (falls ? kLinearisations - 1 : kMostLinearisations);
 }
@@ -258,11 +202,11 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     if (!solved.converged) break;
     if (tuning.moves) tuning.softness = solved.softness;
     const double before = std::exchange(change, solved.change);
-    const bool agreed = memory.solver.yielding()
-                            ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts,
-                                                             memory, poses, linear)
-                        : solved.closed ? agrees(pass, tuning, before, change)
-                                        : pass > 0 || change <= kMended * step.island.smallest_size;
+    const bool agreed =
+        memory.solver.yielding()
+            ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts, poses, linear)
+        : solved.closed ? agrees(pass, tuning, before, change)
+                        : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
     const bool lags = agreed && pass < kStrictLinearisations &&
                       strength_lags(contacts, linear, step.options.tolerance);

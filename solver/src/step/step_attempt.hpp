@@ -58,13 +58,11 @@ struct ImpactMemory {
 struct AttemptMemory {
   AttemptMemory(const Slots& slots, StepWatch* watch) : solver(slots, watch) {}
   BlockTerms terms;
-  BlockVector increment;                 ///< by slot
-  BlockVector coasting;                  ///< likewise, v dt
-  BlockVector followed, pushed;          ///< likewise, where blocks follow forces that are held
-  std::vector<LinearContact> following;  ///< of these blocks
-  std::vector<char> expected_hit;        ///< by slot
-  bool strain_waits = true;              ///< of blocks that are hit
-  std::vector<TieState> ties;            ///< of the island, at the start but for those that break
+  BlockVector increment;           ///< by slot
+  BlockVector coasting;            ///< likewise, v dt
+  std::vector<char> expected_hit;  ///< by slot
+  bool strain_waits = true;        ///< of blocks that are hit
+  std::vector<TieState> ties;      ///< of the island, at the start but for those that break
   ImpactMemory impact;
   ContactSolver solver;
   PhaseClock clock;
