@@ -110,7 +110,7 @@ class StaticStages(FolderTest):
     def test_walls_come_to_rest_in_few_solves(self):
         # At a tolerance of 1e-12 Newton's residual ends above it, in the rounding of stiffness times change: 3156 solves
         # where that counts as a failure. Poisson's ratio makes bricks push on those beside them, and friction holds some
-        # of that. Bricks of the top course of the third slide on the two below, which part: 73 where that is not damped.
+        # of that. Bricks of the top course of the third slide on the two below, which part.
         soft = "--young 1e9".split()
         for size, more, change, most in (((4, 1.5), soft, {"tolerance": 1e-12, "materials/stone/poisson": 0.25}, 500),
                                          ((8, 5), soft, {"materials/stone/poisson": 0.3}, 400), ((20, 10), [], {}, 40)):
