@@ -242,6 +242,7 @@ class Gathering {
     names_["largest_overlap"] = result.total.largest_overlap;
     names_["energy_growth"] = result.energy_growth;
     names_["energy_scale"] = result.energy_scale;
+    names_["factorization_count"] = static_cast<double>(result.total.factorizations);
     names_["loose_count"] = static_cast<double>(result.loose.size());
     names_["step_count"] = static_cast<double>(result.steps);
     names_["solve_count"] = static_cast<double>(result.total.linear_solves);
