@@ -123,6 +123,8 @@ class Loads(FolderTest):
                               ({"from": {"point": [0.5, 0.5, 0.5]}}, ["tie", "length"])):
             self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, **change}]), *words)
         self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, "name": "rod"}] * 2), "/ties/1/name", '"rod"')
+        self.refused(scene([FLOOR, cube("rigid")], ties=[{**tie, "from": {"block": "cube", "point": [0, 0, 0]}}]),
+                     "both ends are in block 1 (cube)")
         grouted = {"from": {"block": "cube", "point": [0.1, 0.5, 0.5]}, "to": {"block": "cube", "point": [0.9, 0.5, 0.5]},
                    "young": 2e11, "area": 1e-4, "points": 5}
         self.refused(scene([FLOOR, cube("rigid")], ties=[grouted]), "/ties/0/points", "5 points", "one block")
@@ -152,6 +154,22 @@ class Loads(FolderTest):
                                                 {"analysis": "static", "loads": [load]}]))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("b: its loads act on nothing: it came loose in stage 0", done.stderr)
+
+    def test_slips_of_units_are_told(self):
+        tie = {"from": {"point": [0.5, 0.5, 5]}, "to": {"block": "cube", "point": [0.5, 0.5, 0.5]}, "stiffness": 1}
+        blocks, light = [FLOOR, cube("rigid")], {"stone": {"density": 24}}
+        for more, line in (({"materials": light}, "/materials/stone/density: 24 kg/m3: stone has 2000 to 3000"),
+                           ({"water": [{"level": 1, "unit_weight": 9.81}]}, "/water/0/unit_weight: 9.81 N/m3: water has 9810"),
+                           ({"water": [{"pressure": "9810*(0.5-z)"}]}, "/water/0/pressure: down to -4905 Pa at the start"),
+                           ({"water": [{"pressure": "9810*max(0,0.5-z)"}]}, ""),
+                           ({"ties": [{**tie, "break_strain": 5}]}, "/ties/0/break_strain: 5 by rest length: 0.05 is 5 %"),
+                           ({"monitors": [{"name": "m", "block": "cube", "point": [3, 0, 0]}]},
+                            'block "cube": monitor at (3, 0, 0) m is 2 m or more outside it')):
+            done = self.command("run", scene(blocks, **more))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1 if line else 0, done.stderr)
+            self.assertIn(line, done.stderr)
+        self.refused({**scene(blocks), "joint": {"mu": 0.6}}, "/joint/mu", "friction_angle_deg")
 
     def test_what_hangs_comes_to_rest_beyond_a_tenth_of_its_size(self):
         for kind in ("rigid", "deformable"):

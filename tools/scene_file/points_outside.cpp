@@ -38,28 +38,32 @@ double largest_distance_on(const solver::Block& block) {
 
 std::vector<PointOutside> points_outside(const SceneFile& file) {
   std::vector<PointOutside> outside;
+  const auto look = [&](const solver::Scene& scene, std::string_view what, int b,
+                        const Vector3& point) {
+    const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
+    const double distance = distance_outside(block, point);
+    if (distance <= largest_distance_on(block)) return;
+    const bool known = std::ranges::any_of(outside, [&](const PointOutside& other) {
+      return other.what == what && other.block == block.name && other.point == point;
+    });
+    if (!known) outside.push_back({what, block.name, point, distance});
+  };
   const auto append = [&](const solver::Scene& scene) {
-    const auto look = [&](std::string_view what, int b, const Vector3& point) {
-      const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
-      const double distance = distance_outside(block, point);
-      if (distance <= largest_distance_on(block)) return;
-      const bool known = std::ranges::any_of(outside, [&](const PointOutside& other) {
-        return other.what == what && other.block == block.name && other.point == point;
-      });
-      if (!known) outside.push_back({what, block.name, point, distance});
-    };
-    for (const solver::PointLoad& load : scene.point_loads) look("load", load.block, load.point);
-    for (const solver::FixedPoint& point : scene.fixed_points) {
-      look("fixed point", point.block, point.point);
+    for (const auto& load : scene.point_loads) look(scene, "load", load.block, load.point);
+    for (const auto& held : scene.fixed_points) {
+      look(scene, "fixed point", held.block, held.point);
     }
     for (const solver::Tie& tie : scene.ties) {
-      if (tie.a >= 0) look("tie", tie.a, tie.point_a);
-      if (tie.b >= 0) look("tie", tie.b, tie.point_b);
+      if (tie.a >= 0) look(scene, "tie", tie.a, tie.point_a);
+      if (tie.b >= 0) look(scene, "tie", tie.b, tie.point_b);
     }
   };
   append(file.scene);
   for (const Stage& stage : file.stages) {
     if (stage.scene) append(*stage.scene);
+  }
+  for (const Monitor& monitor : file.monitors) {
+    if (monitor.point) look(file.scene, "monitor", monitor.blocks[0], *monitor.point);
   }
   return outside;
 }

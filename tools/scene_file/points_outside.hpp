@@ -1,5 +1,5 @@
 #pragma once
-/// Loads and fixed points whose place is no point of their block.
+/// Loads, fixed points, ties and monitors whose place is no point of their block.
 
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace quoin::scene_file {
 
 /// It moves along with its block all the same, as the end of a lever.
 struct PointOutside {
-  std::string_view what;  ///< "load", "fixed point" or "tie"
+  std::string_view what;  ///< "load", "fixed point", "tie" or "monitor"
   std::string block;
   Vector3 point = Vector3::Zero();  ///< at the start, m
   /// How far, at least: its largest distance from a face's plane, m.

@@ -153,7 +153,15 @@ class Reader {
                           .poisson = value.value("poisson", 0.0),
                           .joint_group = new_joint_group(name),
                           .name = name};
+      doubt(value, "density", 100.0, "/materials/" + name, "kg/m3: stone has 2000 to 3000");
     }
+  }
+
+  /// Tells of a value below what is likely: units are SI alone.
+  void doubt(const json& value, const char* key, double least, const std::string& pointer,
+             const std::string& units) {
+    if (!value.contains(key) || value[key] >= least) return;
+    file_.notes.push_back(pointer + "/" + key + ": " + value[key].dump() + " " + units);
   }
 
   /// Joint group 0 is of blocks without a material.
@@ -947,6 +955,10 @@ class Reader {
                     .break_strain = value.value("break_strain", solver::Tie{}.break_strain),
                     .name = value.value("name", "tie" + pointer.substr(pointer.rfind('/') + 1))};
     check_tie(value, tie.name, pointer);
+    if (tie.break_strain > 1.0 && value.contains("break_strain")) {
+      file_.notes.push_back(pointer + "/break_strain: " + value["break_strain"].dump() +
+                            " by rest length: 0.05 is 5 %");
+    }
     const auto read_end = [&](const char* key, int& block, Vector3& point) {
       const json& end = value[key];
       if (end.contains("block")) {
@@ -1012,11 +1024,30 @@ class Reader {
     }
     water.wets = [wet = std::move(wet)](int b) { return wet[static_cast<std::size_t>(b)] != 0; };
     water.wets_joint = meant_joints(value, "between", pointer);
+    doubt(value, "unit_weight", 1000.0, pointer, "N/m3: water has 9810");
     const std::size_t before = file_.scene.pressure_loads.size();
     append_water(water, laid_joints(), absent_, file_.scene);
+    tell_suction(std::span(file_.scene.pressure_loads).subspan(before), pointer);
     if (file_.scene.pressure_loads.size() == before && std::ranges::count(absent_, 1) == 0) {
       throw SceneError(pointer, "wets no face of a block that can move");
     }
+  }
+
+  /// A formula that goes on above the water table is negative there, and pulls.
+  void tell_suction(std::span<const solver::PressureLoad> loads, const std::string& pointer) {
+    double least = 0.0, largest = 0.0;
+    for (const solver::PressureLoad& load : loads) {
+      for (const solver::Vector3& corner : load.corners) {
+        const double pressure = load.field->value(corner, 0.0);
+        least = std::min(least, pressure);
+        largest = std::max(largest, std::abs(pressure));
+      }
+    }
+    if (!(least < -1e-6 * largest)) return;
+    std::ostringstream line;
+    line << pointer << "/pressure: down to " << least
+         << " Pa at the start, which pulls; max(0, …)?";
+    file_.notes.push_back(line.str());
   }
 
   std::shared_ptr<const solver::PressureField> water_pressure(const json& value,

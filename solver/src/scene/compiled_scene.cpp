@@ -257,7 +257,10 @@ void check_tie(const CompiledScene& compiled, const Tie& tie, const std::string&
   };
   const auto moves = [&](int block) { return block >= 0 && !compiled.idle[index(block)]; };
   if (!moves(tie.a) && !moves(tie.b)) throw InputError(what + ": none of its blocks can move");
-  if (tie.a == tie.b) throw InputError(what + ": both ends are in block " + std::to_string(tie.a));
+  if (tie.a == tie.b) {
+    throw InputError(what + ": both ends are in " +
+                     label(compiled.scene.blocks[index(tie.a)], tie.a));
+  }
   require(tie.stiffness > 0.0 && std::isfinite(tie.stiffness), "stiffness", tie.stiffness,
           "N/m must be finite and greater than 0");
   require(tie.yield_force > 0.0, "yield force", tie.yield_force, "N must be greater than 0");
