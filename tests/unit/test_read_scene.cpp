@@ -2,6 +2,7 @@
 #include <fstream>
 #include <numbers>
 #include <quoin/geometry/mass_properties.hpp>
+#include <sstream>
 
 #include "scene_file/cases.hpp"
 #include "scene_file/scene_file.hpp"
@@ -213,8 +214,9 @@ TEST_CASE("every scene that is shipped can be read") {
     if (entry.path().extension() == ".json") {
       INFO(entry.path());
       const std::string path = entry.path().string();
-      const std::string folder = entry.path().parent_path().filename().string();
-      const bool cases = folder == "validation" || folder == "stability";
+      std::ostringstream text;
+      text << std::ifstream(path).rdbuf();
+      const bool cases = text.str().find("\"cases\":") != std::string::npos;
       CHECK((cases ? says_something(CaseFile(path)) : !read_scene(path).scene.blocks.empty()));
       ++count;
     }
