@@ -314,6 +314,12 @@ if abs(found / 33.357221 - 1) > 1e-5:
 if checked(folder / "wedge")[0]:
     failures.append(f"wedge: {checked(folder / 'wedge')[1]}")
 
+# Where forces exist in all the range, runs tell what is lost.
+_, report = asked(wedge, "--vary", "friction=32:60", "--loading", "20")
+sudden = report["loading"]["sudden"]
+if report["falls"] or report["stands"]["value"] != 32 or not sudden["lost"] < 33.357221 < report["loading"]["safe"]:
+    failures.append(f"wedge, all admissible: {report}")
+
 # Key blocks: the box on the slope slides at 25 degrees, the one behind it is held back by a wall.
 _, report = asked(slope, "--each")
 single, = report["blocks"]

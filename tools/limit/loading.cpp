@@ -59,8 +59,19 @@ class Runs {
   solver::StepOptions options_;
 };
 
+/// Where rest is surest, and the value that runs try to reach: proved to fall, or the range's end.
+struct Way {
+  double safe = 0.0, far = 0.0;
+};
+
+Way way_of(const Vary& vary, const Limit& limit) {
+  const double safe = rises(vary, limit) ? vary.from : vary.to;
+  return {safe, limit.falls ? limit.falls->value : vary.from + vary.to - safe};
+}
+
 /// Of a value between what holds and what is lost.
 bool near_enough(const Reached& reached) {
+  if (!reached.lost) return false;
   const double low = *reached.holds, high = *reached.lost;
   return std::abs(high - low) <= kRunTolerance * std::max(std::abs(low), std::abs(high));
 }
@@ -85,6 +96,10 @@ bool book(Outcome outcome, double value, Reached& reached) {
 
 }  // namespace
 
+bool rises(const Vary& vary, const Limit& limit) {
+  return limit.falls ? limit.falls->value > limit.stands->value : vary.what != "friction";
+}
+
 Outcome come_to_rest(solver::Simulation& run, const solver::StepOptions& options) {
   run.set_options(options);
   for (int i = 0; i < kMostSteps; ++i) {
@@ -100,19 +115,21 @@ Outcome come_to_rest(solver::Simulation& run, const solver::StepOptions& options
 Reached sudden_loading(const VariedScene& scenes, const Limit& limit, double seconds,
                        const Progress& progress) {
   Reached reached;
-  if (!limit.stands || !limit.falls) return reached;
+  if (!limit.stands) return reached;
   const Runs runs(scenes, seconds);
-  const Vary& vary = scenes.vary();
-  const double safe = limit.falls->value > limit.stands->value ? vary.from : vary.to;
-  double next = limit.stands->value;  // most often it holds there, or close to it
-  reached.lost = limit.falls->value;  // proved
+  const auto [safe, far] = way_of(scenes.vary(), limit);
+  double next = far;
+  if (limit.falls) {
+    next = limit.stands->value;  // most often it holds there, or close to it
+    reached.lost = far;          // proved
+  }
   for (;;) {
     const auto run = runs.start(next);
     const Outcome outcome = runs.come_to_rest(*run);
     ++reached.runs;
     progress(told("sudden", next, outcome));
     if (!book(outcome, next, reached)) return reached;
-    if (reached.holds && near_enough(reached)) return reached;
+    if (!reached.lost || (reached.holds && near_enough(reached))) return reached;
     if (!reached.holds && next == safe) return reached;
     const double bottom = reached.holds.value_or(safe);
     // First close below the limit, then halves.
@@ -125,12 +142,11 @@ Reached sudden_loading(const VariedScene& scenes, const Limit& limit, double sec
 Reached gradual_loading(const VariedScene& scenes, const Limit& limit, double seconds,
                         const Progress& progress) {
   Reached reached;
-  if (!limit.stands || !limit.falls) return reached;
+  if (!limit.stands) return reached;
   const Runs runs(scenes, seconds);
-  const Vary& vary = scenes.vary();
-  const double safe = limit.falls->value > limit.stands->value ? vary.from : vary.to;
-  double increment = (limit.falls->value - safe) / kIncrements, at = safe;
-  reached.lost = limit.falls->value;
+  const auto [safe, far] = way_of(scenes.vary(), limit);
+  double increment = (far - safe) / kIncrements, at = safe;
+  if (limit.falls) reached.lost = far;
   std::string saved;
   for (;;) {
     const auto run = saved.empty() ? runs.start(at) : runs.resume(*reached.holds, saved, at);
@@ -143,10 +159,11 @@ Reached gradual_loading(const VariedScene& scenes, const Limit& limit, double se
       run->save(out);
       saved = out.str();
     }
-    if (!reached.holds || near_enough(reached)) return reached;
-    const double left = *reached.lost - *reached.holds;
-    while (std::abs(increment) > 0.75 * std::abs(left)) increment *= 0.5;
-    at = *reached.holds + increment;
+    if (!reached.holds || reached.holds == far || near_enough(reached)) return reached;
+    const double left = reached.lost.value_or(far) - *reached.holds;
+    while (reached.lost && std::abs(increment) > 0.75 * std::abs(left)) increment *= 0.5;
+    const bool is_last = !reached.lost && std::abs(left) < 1.5 * std::abs(increment);
+    at = is_last ? far : *reached.holds + increment;
   }
 }
 
@@ -259,8 +276,8 @@ bool has_strength_without_friction(const Scene& scene) {
 /// Of a value on which strength depends in any way: where its factor is 1.
 std::optional<CoulombMechanism> mechanism_between(VariedScene& scenes, const Limit& limit,
                                                   const Watch& watch) {
-  double safe = limit.falls->value > limit.stands->value ? scenes.vary().from : scenes.vary().to;
-  double lost = limit.stands->value;
+  auto [safe, lost] = way_of(scenes.vary(), limit);
+  if (limit.falls) lost = limit.stands->value;
   std::optional<CoulombMechanism> found;
   const auto is_lost = [&](double value) {
     const auto factor = strength_factor(scenes, value, nullptr, kLargestStrength, watch);
@@ -288,14 +305,14 @@ std::optional<CoulombMechanism> coulomb_mechanism(VariedScene& scenes, const Lim
     return Clock::now() < end;
   };
   const Vary& vary = scenes.vary();
+  const double far = way_of(vary, limit).far;
   if (vary.what == "load") {
-    const double largest = std::min(vary.to, 2.0 * limit.falls->value) - vary.from;
+    const double largest = std::min(vary.to, 2.0 * far) - vary.from;
     const auto found = lowest_factor(scenes.load_problem(), limit.stands->found.forces, largest,
                                      FactorOf::LiveLoads, watch);
     if (found) return CoulombMechanism{vary.from + found->value, found->excess};
   } else if (vary.what == "strength") {
-    const auto found =
-        strength_factor(scenes, 1.0, limit.stands.get(), 2.0 * limit.falls->value, watch);
+    const auto found = strength_factor(scenes, 1.0, limit.stands.get(), 2.0 * far, watch);
     if (found) return CoulombMechanism{found->value, found->excess};
   } else if (vary.what == "friction" && !has_strength_without_friction(scenes.file().scene)) {
     const auto found = strength_factor(scenes, 45.0, limit.stands.get(), kLargestStrength, watch);

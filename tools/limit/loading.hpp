@@ -23,7 +23,11 @@ Outcome come_to_rest(solver::Simulation& run, const solver::StepOptions& options
 
 inline constexpr double kRunTolerance = 5e-3;  // of the value
 
-/// Each value from the unloaded start, by bisection. `seconds`: of wall time, for all runs.
+/// Of what stands on one side at least: whether larger values are worse.
+bool rises(const Vary& vary, const Limit& limit);
+
+/// Each value from the unloaded start, by bisection; where none falls, to the end of the range.
+/// `seconds`: of wall time, for all runs.
 Reached sudden_loading(const VariedScene& scenes, const Limit& limit, double seconds,
                        const Progress& progress);
 /// One path from the value that holds: a sixth of the way at a time, halved where rest is lost.

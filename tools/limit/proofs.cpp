@@ -162,6 +162,8 @@ Limit prove(VariedScene& scenes, double tolerance) {
   const Vary& vary = scenes.vary();
   Limit limit = vary.what == "load"
                     ? prove_factor(at, scenes.largest(), vary.from, vary.to, tolerance)
+                : vary.what == "friction"
+                    ? prove_between(at, vary.to, vary.from, tolerance)  // less of it is worse
                     : prove_between(at, vary.from, vary.to, tolerance);
   if (!(limit.stands && limit.falls) && limit.why.empty()) {
     limit.why =

@@ -55,8 +55,8 @@ json reached_json(const limit_analysis::Reached& reached) {
 /// `stands`: with brittle joints.
 json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Limit& limit,
                   const Trial* stands) {
-  if (!(arguments.loading > 0.0) || !limit.stands || !limit.falls) return nullptr;
-  json result = {{"proved_upper_bound", limit.falls->value}};
+  if (!(arguments.loading > 0.0) || !limit.stands) return nullptr;
+  json result = {{"proved_upper_bound", limit.falls ? json(limit.falls->value) : json()}};
   const double half = 0.5 * arguments.loading;
   result["sudden"] =
       reached_json(limit_analysis::sudden_loading(scenes, limit, half, show_progress));
@@ -67,7 +67,7 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
     result["coulomb_mechanism"] = {{"value", found->value}, {"excess", found->excess}};
   }
   // The value nearest to the safe end of all that is lost, or falls.
-  const bool rises = limit.falls->value > limit.stands->value;
+  const bool rises = limit_analysis::rises(scenes.vary(), limit);
   std::optional<double> safe;
   if (stands != nullptr) safe = stands->value;
   const auto take = [&](const json& value) {
