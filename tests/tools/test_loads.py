@@ -277,6 +277,20 @@ class Loads(FolderTest):
                                   "materials": stone, "time_step": 5e-5})
         self.near(summary["monitors"]["m"]["displacement"][2], 2 * 0.1 * 0.005 * math.sqrt(math.pi), 1e-3)
 
+    def test_a_wave_leaves_through_a_quiet_face(self):
+        """A pulse of 0.05 (1 - cos) m/s for 30 ms: a bonded bar moves on by its integral and is at rest."""
+        speed, duration = math.sqrt(2e8 / 2400), 0.03
+        wave = {"formula": [f"t < {duration} ? 0.05*(1-cos(2*pi*t/{duration})) : 0", "0", "0"]}
+        faces = [{"block": name, "towards": [side, 0, 0], "normal_impedance": 2400 * speed, "shear_impedance": 0,
+                  **({"velocity": wave} if side < 0 else {})} for name, side in (("b0", -1), ("b9", 1))]
+        bar = [cube("deformable", f"b{i}", (i, 0, 0), (i + 1, 1, 1)) for i in range(10)]
+        summary = self.run_scene({**scene(bar, [{"analysis": "dynamic", "end_time": 0.1}], quiet_faces=faces,
+                                          gravity=[0, 0, 0], monitors=[{"name": "m", "block": "b5"}]),
+                                  "materials": {"stone": {"density": 2400, "young": 2e8, "poisson": 0}},
+                                  "joint": {"friction_angle_deg": 30, "tension": 1e9, "cohesion": 1e9}, "time_step": 2e-4})
+        self.near(summary["monitors"]["m"]["displacement"][0], 0.05 * duration, 0.01)
+        self.assertLess(abs(summary["monitors"]["m"]["velocity"][0]), 0.02 * 0.1)
+
     def test_a_float_bobs_on_at_its_height_and_rests_where_it_is_in_balance(self):
         """0.02 m below its draught, 2 m wide: omega^2 = g / 0.6 m."""
         def afloat(low, stages):
