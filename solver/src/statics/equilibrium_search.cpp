@@ -15,7 +15,8 @@ constexpr double kMechanism = 0.1;  // of a block: no longer the structure that 
 constexpr double kLongest = 1e3;    // first pseudo-steps: an unbalance of 1e-6 moves a full stride
 // Times the first pseudo-step where many blocks deform. What inertia bears in it goes through the
 // contacts in the next one, which of walls then takes as long again.
-constexpr double kOfMany = 4.0;
+// Chosen with four walls (bench/README.md, Mechanisms).
+constexpr double kOfMany = 8.0;
 // Of the sizes of loads, their sum: they balance. Rounding leaves m u of m loads
 // [Higham 2002, section 4.2], areas and loads that are known to a few digits leave more; an
 // unbalance of this is at rest (StepOptions::rest_unbalance).
