@@ -28,12 +28,9 @@ constexpr int kFailuresOfFew = 4;
 constexpr double kInsideSoftness = 1e-4, kRedundantSoftness = 0.1;
 constexpr int kInsidePatience = 40, kRedundantPatience = 200;
 constexpr double kGoodInside = 1e-4;  // residual of forces inside that are an answer
-// Like kMostOpenClose in a loose island, whose next attempt is the proximal Newton method's,
+// Like kMostOpenClose in a loose island, whose next attempt is the proximal Newton method's. A pile
+// of 64 took three times the factorizations without.
 constexpr int kMostOpenCloseLoose = 30;
-// and where something else has failed before: of an attempt by that method that left gaps or gained
-// energy. A pile of 64 takes 50 factorizations a step with these, 79 with kMostOpenClose for this
-// one, 146 without a loose stage.
-constexpr int kLastTry = 100;
 // Resultants of the joints by the six balances of each block, up to which an island is loose. A
 // tower has 1 while all of it sticks, walls 1.6, the piles of bench/problems 0.7 in the mean. With
 // 1 a tower of 30 gained 3e-6 of its energy.
@@ -227,10 +224,6 @@ int ContactSolver::patience(std::span<const LinearContact> contacts) {
     can_check_ = loose_ = false;
     return kMostOpenClose;
   }
-  // What did not end in kMostOpenClose. What it solved, and the other try has not bettered, it gets
-  // whole.
-  const bool again = checked_ == Try::Failed && !(other_gains_ > 0.0);
-  if (again && (loose_ || failures_ == 0)) return kLastTry;
   if (!suits_ || few_held()) return kMostOpenClose;  // no other iteration has it, or not yet
   const int most = slots_->rigid() ? kRigidPatience : kMostOpenClose;
   if (checked_ != Try::None) return most;
@@ -252,7 +245,6 @@ void ContactSolver::begin() {
 void ContactSolver::move_on() {
   checked_ = fine_ = Try::None;
   loose_ = cannot_yield_ = false;
-  other_gains_ = 0.0;
 }
 
 void ContactSolver::start(int crowd) {
@@ -286,8 +278,7 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
   const bool gained = outcome.gains > outcome.allowed;
   switch (stage_) {
     case Stage::Checked: {
-      const bool worse = gained && outcome.gains > other_gains_;
-      if (outcome.solved && (!yielding_ || (outcome.closed && !worse))) return Fate::End;
+      if (outcome.solved && (!yielding_ || (outcome.closed && !gained))) return Fate::End;
       checked_ = Try::Failed;
       cannot_yield_ = !outcome.solved;
       return Fate::Again;
@@ -301,7 +292,6 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
         return outcome.solved && outcome.can_cut ? Fate::Halved : Fate::End;
       }
       checked_ = Try::Now;
-      other_gains_ = outcome.solved ? outcome.gains : 0.0;
       return Fate::Again;
     }
   }
@@ -312,7 +302,7 @@ int ContactSolver::crowd() const {
   if (!automatic_) return 0;
   if (stage_ == Stage::Crowd) return static_cast<int>(Stage::Crowd);
   if (stage_ == Stage::Checked) return static_cast<int>(loose_ ? Stage::Checked : Stage::Crowd);
-  return static_cast<int>(loose_ && checked_ == Try::Failed ? Stage::Checked : Stage::OpenClose);
+  return 0;
 }
 
 double ContactSolver::note(bool solved, bool can_cut) {

@@ -113,7 +113,6 @@ class ContactSolver {
   Stage stage_ = Stage::OpenClose;
   Try checked_ = Try::None;
   Try fine_ = Try::None;       ///< a crowd gained energy: forces to the force tolerance itself
-  double other_gains_ = 0.0;   ///< of the answer that is tried again: another is to gain no more, J
   bool loose_ = false;         ///< the island of this sub-step
   bool stays_hard_ = false;    ///< in this attempt contacts that yield would make energy
   bool suits_ = true;          ///< the proximal Newton method could have the problem
