@@ -35,12 +35,10 @@ double nanoseconds_since(Clock::time_point start) {
 bool same_bits(const std::vector<geometry::ContactPoint>& x,
                const std::vector<geometry::ContactPoint>& y) {
   if (x.size() != y.size()) return false;
-  for (std::size_t k = 0; k < x.size(); ++k) {
+  for (std::size_t k = 0; k < x.size(); ++k)
     if (x[k].key != y[k].key || std::memcmp(&x[k].gap, &y[k].gap, sizeof(double)) != 0 ||
-        std::memcmp(x[k].point_a.data(), y[k].point_a.data(), 3 * sizeof(double)) != 0) {
+        std::memcmp(x[k].point_a.data(), y[k].point_a.data(), 3 * sizeof(double)) != 0)
       return false;
-    }
-  }
   return true;
 }
 
@@ -60,9 +58,8 @@ geometry::Box box_of(const geometry::Body& body) {
 /// One pass over all placements of the scene, as find() cannot do without.
 double placement_pass(const std::vector<geometry::Placement>& placements) {
   double sum = 0.0;
-  for (const geometry::Placement& placement : placements) {
+  for (const geometry::Placement& placement : placements)
     sum += placement.linear.sum() + placement.translation.sum();
-  }
   return sum;
 }
 
@@ -93,9 +90,8 @@ class WallRun {
   WallRun(const WallOptions& options, const std::string& name)
       : wall_(options), brick_(shape_of(wall_)), placements_(wall_.size()) {
     for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
-                             "placements once", "moving the bricks", "2 workers in turns"}) {
+                             "placements once", "moving the bricks", "2 workers in turns"})
       entries_.push_back({.workload = name, .peer = peer});
-    }
     boxes_.resize(wall_.size());
     bodies_.assign(wall_.size(), geometry::Body(*brick_));
     for (std::size_t i = 0; i < wall_.size(); ++i) {
@@ -136,9 +132,8 @@ class WallRun {
   }
 
   void move(geometry::ContactFinder& finder) const {
-    for (std::size_t i = 0; i < placements_.size(); ++i) {
+    for (std::size_t i = 0; i < placements_.size(); ++i)
       finder.move(static_cast<int>(i), placements_[i]);
-    }
   }
 
   void advance(int step) {
@@ -238,9 +233,8 @@ std::vector<Entry> memory_of(const WallOptions& options, const std::string& name
   Entry entry{.workload = name, .peer = "find"};
   for (int step = 0; step < kSettle + steps; ++step) {
     if (step == kSettle) entry.nanoseconds.clear();
-    for (std::size_t i = 0; i < wall.size(); ++i) {
+    for (std::size_t i = 0; i < wall.size(); ++i)
       finder.move(static_cast<int>(i), wall.placement(i, step));
-    }
     const double start = thread_seconds();
     entry.pairs = finder.find(contacts).candidates;
     entry.nanoseconds.push_back(1e9 * (thread_seconds() - start) / entry.pairs);
@@ -261,9 +255,8 @@ std::vector<Entry> count_find(const WallOptions& options, const std::string& nam
   std::vector<geometry::ContactPoint> contacts;
   std::size_t candidates = 0;
   const auto step = [&](int number) {
-    for (std::size_t i = 0; i < wall.size(); ++i) {
+    for (std::size_t i = 0; i < wall.size(); ++i)
       finder.move(static_cast<int>(i), wall.placement(i, number));
-    }
     return static_cast<std::size_t>(finder.find(contacts).candidates);
   };
   for (int k = 0; k < kSettle; ++k) step(k);
@@ -297,9 +290,8 @@ int main(int argc, char** argv) {
     add("B/find-" + std::to_string(count), jointed(count, 0.0));
     add("B/turning-" + std::to_string(count), jointed(count, kTurn));
   }
-  for (const double tilt : {1e-9, 1e-6, 1e-3, 1e-2}) {
+  for (const double tilt : {1e-9, 1e-6, 1e-3, 1e-2})
     add("B/tilted-" + short_name(tilt), jointed(1000, tilt));
-  }
   for (const int count : {1000, 100000}) add("B/apart-" + std::to_string(count), apart(count));
   for (const int count : {10000, 100000, 1000000}) {
     const std::string name = "B/memory-" + std::to_string(count);
@@ -308,8 +300,7 @@ int main(int argc, char** argv) {
     };
     contests.push_back({name, "find", run, true});
   }
-  for (const double noise : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9}) {
+  for (const double noise : {0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9})
     add("B/touching-" + short_name(noise), touching(noise));
-  }
   return run_contests(argc, argv, contests);
 }

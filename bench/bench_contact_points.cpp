@@ -42,9 +42,8 @@ double hull_area(const std::vector<ManifoldPoint>& points, const Vector3& normal
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t first = hull.size();
     for (const auto& p : flat) {
-      while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) {
+      while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0)
         hull.pop_back();
-      }
       hull.push_back(p);
     }
     if (!hull.empty()) hull.pop_back();
@@ -87,15 +86,14 @@ Verdict judge(ManifoldPeer& peer, const Workload& workload) {
     const double spanned = hull_area(points, pair.poses_a[0].rotation.col(2));
     const double area_error = std::abs(spanned - pair.area) / pair.area;
     verdict.errors.push_back(points.empty() ? 1.0 : area_error);
-    if (points.empty()) {
+    if (points.empty())
       ++verdict.none;
-    } else if (!(area_error <= kAreaShare)) {
+    else if (!(area_error <= kAreaShare))
       ++verdict.area;
-    } else if (!(gap_error <= workload.allowed_error(pair, 0))) {
+    else if (!(gap_error <= workload.allowed_error(pair, 0)))
       ++verdict.gap;
-    } else {
+    else
       verdict.right.push_back(static_cast<int>(k));
-    }
   }
   return verdict;
 }

@@ -136,13 +136,10 @@ void ask_all(int pairs, std::uint64_t seed) {
   std::printf(
       "| family | pairs | most vertices | median us | 99 %% | slowest "
       "|\n|---|---|---|---|---|---|\n");
-  for (std::size_t family = 0; family < referee::family_names().size(); ++family) {
+  for (std::size_t family = 0; family < referee::family_names().size(); ++family)
     ask_family(static_cast<int>(family), pairs, seed);
-  }
   std::printf("\n| two hulls | vertices each | us | points |\n|---|---|---|---|\n");
-  for (const int count : {200, 400}) {
-    ask_touching("touch at a vertex", sphere(count), {0, 0, 2});
-  }
+  for (const int count : {200, 400}) ask_touching("touch at a vertex", sphere(count), {0, 0, 2});
   referee::Random random(seed);
   ask_touching("cube on cube, points in all faces", cube(214, random), {1.3, 1.2, 2});
   for (const int corners : {64, 246, 400}) {

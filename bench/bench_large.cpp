@@ -53,9 +53,8 @@ Errors errors(const RigidScene& scene, const World& world) {
     const Vector3d way = world.motion(static_cast<int>(b)).place - scene.bodies[b].place;
     if (!(way.norm() <= result.drift)) result.drift = way.norm();  // of NaN, too
   }
-  for (const PairForce& pair : world.forces()) {
+  for (const PairForce& pair : world.forces())
     if (pair.a == 0) reaction += pair.normal;
-  }
   result.unbalance = std::abs(reaction / weight_of(scene) - 1.0);
   return result;
 }
@@ -67,9 +66,8 @@ Errors errors(const RigidScene& scene, const solver::State& state) {
     const Vector3d way = state.origin + state.blocks[b].centroid - scene.bodies[b].place;
     if (!(way.norm() <= result.drift)) result.drift = way.norm();  // of NaN, too
   }
-  for (const solver::Contact& contact : state.contacts) {
+  for (const solver::Contact& contact : state.contacts)
     if (contact.point.key.a == 0) reaction += contact.normal_force;
-  }
   result.unbalance = std::abs(reaction / weight_of(scene) - 1.0);
   return result;
 }
@@ -169,9 +167,8 @@ double reading_rate(int threads) {
   for (int turn = 0; turn < 3; ++turn) {
     const double start = cpu_seconds();
     std::vector<std::jthread> workers;
-    for (std::size_t t = 0; t < arrays.size(); ++t) {
+    for (std::size_t t = 0; t < arrays.size(); ++t)
       workers.emplace_back([&, t] { sums[t] = arrays[t].sum(); });
-    }
     workers.clear();
     const double seconds = (cpu_seconds() - start) / threads;
     if (sums[0] > 0.0) best = std::max(best, 8.0 * kNumbers * threads / seconds);

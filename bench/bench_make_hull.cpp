@@ -57,7 +57,6 @@ void time(const Solid& solid, int times) {
 int main(int argc, char** argv) {
   const std::string name = argc > 1 ? argv[1] : "";
   const int times = argc > 2 ? std::atoi(argv[2]) : 201;
-  for (const Solid& solid : solids()) {
+  for (const Solid& solid : solids())
     if (name.empty() || name == solid.name) time(solid, times);
-  }
 }

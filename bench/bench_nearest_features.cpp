@@ -54,11 +54,10 @@ Verdict judge(Peer& peer, const Workload& workload) {
       }
       ++verdict.asked;
       verdict.errors.push_back(std::isfinite(error) ? error / pair.size : 1.0);
-      if (error <= workload.allowed_error(pair, step)) {
+      if (error <= workload.allowed_error(pair, step))
         verdict.right[s].push_back(static_cast<int>(k));
-      } else {
+      else
         ++verdict.wrong;
-      }
     }
   }
   return verdict;
@@ -111,9 +110,8 @@ Entry make_entry(Peer& peer, const std::string& name, const Workload& workload, 
 
 /// Has `name` a place among the peers that run without --settings?
 bool plain(const Peers& plain_peers, const std::string& name) {
-  for (const auto& peer : plain_peers) {
+  for (const auto& peer : plain_peers)
     if (peer->name() == name) return true;
-  }
   return false;
 }
 

@@ -42,9 +42,8 @@ Pairs bearing(const solver::Scene& scene) {
   solver::Simulation simulation(scene, {.time_step = 0.01});
   static_cast<void>(simulation.advance());
   Pairs pairs;
-  for (const solver::Contact& contact : simulation.state().contacts) {
+  for (const solver::Contact& contact : simulation.state().contacts)
     if (contact.mode != solver::ContactMode::Open) add(scene, contact.point, pairs);
-  }
   return pairs;
 }
 
@@ -97,7 +96,6 @@ int main(int argc, char** argv) {
   const Pairs pairs = solved ? bearing(scene) : touching(scene);
   std::printf("%zu blocks, %zu pairs that %s\n", scene.blocks.size(), pairs.size(),
               solved ? "bear a force" : "touch");
-  for (int count = 2; count <= 64; count *= 2) {
+  for (int count = 2; count <= 64; count *= 2)
     print(parts_of(solver::parts_of_blocks(scene, count), pairs, count));
-  }
 }

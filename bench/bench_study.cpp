@@ -73,9 +73,8 @@ struct Arguments {
 };
 
 const Contestant& peer_named(const std::vector<Contestant>& all, const std::string& name) {
-  for (const Contestant& peer : all) {
+  for (const Contestant& peer : all)
     if (peer.name == name) return peer;
-  }
   throw std::invalid_argument("no peer " + name);
 }
 
@@ -84,11 +83,9 @@ void run_point(const Arguments& arguments, const Contestant& peer, StudyPoint& p
   for (const std::string& change : changes_of(arguments.axes, point)) changes.push_back(change);
   const SceneFile file = scene_file::read_scene(arguments.scene, changes);
   const RigidScene scene = rigid_scene(file);
-  for (const RigidBody& body : scene.bodies) {
-    if (body.half_size.x() <= 0.0 && peer.name.starts_with("ODE")) {
+  for (const RigidBody& body : scene.bodies)
+    if (body.half_size.x() <= 0.0 && peer.name.starts_with("ODE"))
       throw std::invalid_argument("ODE's general convex bodies abort");
-    }
-  }
   const double dt = point.time_step = file.options.time_step;
   const long steps = std::lround(file.stages[0].end_time / dt);
   const double start = scene_file::thread_seconds();
@@ -104,13 +101,11 @@ void run_point(const Arguments& arguments, const Contestant& peer, StudyPoint& p
   }
   point.cpu_seconds = scene_file::thread_seconds() - start;
   std::vector<scene_file::ReferenceResult> results;
-  for (const scene_file::Comparison& comparison : comparisons) {
+  for (const scene_file::Comparison& comparison : comparisons)
     results.push_back(comparison.result());
-  }
   point.error = scene_file::largest_error(results);
-  for (std::size_t m = 0; m < file.monitors.size(); ++m) {
+  for (std::size_t m = 0; m < file.monitors.size(); ++m)
     point.ends.push_back(watch.value(m, *world).displacement);
-  }
 }
 
 /// Ends of the finest run of a study of `quoin study` on the same scene.
@@ -123,9 +118,8 @@ std::vector<Vector3d> ends_of_study(const std::string& path) {
     StudyPoint point;
     point.failure = entry.at("failure");
     point.time_step = entry.at("time_step");
-    for (const nlohmann::json& end : entry.at("ends")) {
+    for (const nlohmann::json& end : entry.at("ends"))
       if (!end[0].is_null()) point.ends.emplace_back(end[0], end[1], end[2]);
-    }
     points.push_back(point);
   }
   return scene_file::finest_ends(points);
@@ -133,11 +127,9 @@ std::vector<Vector3d> ends_of_study(const std::string& path) {
 
 void run(Arguments& arguments) {
   const std::vector<Contestant> all = peers();
-  for (const Contestant& peer : all) {
-    if (std::regex_search(peer.name, std::regex(arguments.who))) {
+  for (const Contestant& peer : all)
+    if (std::regex_search(peer.name, std::regex(arguments.who)))
       arguments.axes[0].values.push_back(peer.name);
-    }
-  }
   std::vector<StudyPoint> points = grid(arguments.axes);
   run_points(
       points, 1,

@@ -24,9 +24,8 @@ class BulletBoxes final : public BoxesPeer {
     broad_phase_->calculateOverlappingPairs(nullptr);
   }
   std::size_t step(std::span<const geometry::Box> boxes) override {
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t i = 0; i < boxes.size(); ++i)
       broad_phase_->setAabb(proxies_[i], to_bullet(boxes[i].min), to_bullet(boxes[i].max), nullptr);
-    }
     broad_phase_->calculateOverlappingPairs(nullptr);
     return static_cast<std::size_t>(
         broad_phase_->getOverlappingPairCache()->getNumOverlappingPairs());

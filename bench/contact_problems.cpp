@@ -42,9 +42,8 @@ Result run(const solver::ContactProblem& problem, ContactIteration iteration, do
 /// Folder and numbered file: the scene is the folder's name.
 std::map<std::string, std::vector<solver::ContactProblem>> read_all(const char* folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
     if (entry.path().extension() == ".txt") files.push_back(entry.path());
-  }
   std::ranges::sort(files);
   std::map<std::string, std::vector<solver::ContactProblem>> scenes;
   for (const auto& file : files) {
@@ -72,11 +71,9 @@ int main(int argc, char** argv) {
       "scene,problem,iteration,tolerance,converged,factorizations,cpu_ms,force_error,gap_error_m");
   for (const auto& [scene, problems] : read_all(argv[1])) {
     for (std::size_t p = 0; p < problems.size(); ++p) {
-      for (const ContactIteration iteration : kIterations) {
-        for (const double tolerance : kTolerances) {
+      for (const ContactIteration iteration : kIterations)
+        for (const double tolerance : kTolerances)
           print(scene, p, iteration, tolerance, run(problems[p], iteration, tolerance));
-        }
-      }
     }
   }
 }

@@ -119,9 +119,7 @@ void run_group(std::vector<Entry>& entries, const HarnessOptions& options) {
     if (entries[k].queries < 1.0) continue;  // nothing left to time: all answers wrong
     benchmark::RegisterBenchmark(std::to_string(k).c_str(),
                                  [&entries, k](benchmark::State& state) {
-                                   for (auto _ : state) {
-                                     state.SetIterationTime(entries[k].pass());
-                                   }
+                                   for (auto _ : state) state.SetIterationTime(entries[k].pass());
                                  })
         ->UseManualTime()
         ->MinTime(options.least_time)
@@ -162,9 +160,8 @@ void write(const std::string& path, const std::vector<Entry>& entries) {
 /// Prints one group as a table; ratios to the entry `reference` (or the first).
 void print_group(const std::vector<Entry>& entries, const std::string& reference) {
   double base = median(entries.front().nanoseconds);
-  for (const Entry& e : entries) {
+  for (const Entry& e : entries)
     if (e.peer == reference) base = median(e.nanoseconds);
-  }
   std::printf("%s\n", entries.front().workload.c_str());
   for (const Entry& e : entries) {
     const double time = median(e.nanoseconds);

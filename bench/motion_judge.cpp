@@ -49,13 +49,11 @@ double MotionJudge::energy_growth() const {
 }
 
 void MotionJudge::look_at_places(const std::vector<BodyMotion>& motions) {
-  for (std::size_t i = 0; i < motions.size(); ++i) {
+  for (std::size_t i = 0; i < motions.size(); ++i)
     finder_.move(static_cast<int>(i), placement(motions[i].place, motions[i].turn));
-  }
   finder_.find(points_);
-  for (const geometry::ContactPoint& point : points_) {
+  for (const geometry::ContactPoint& point : points_)
     largest_overlap_ = std::max(largest_overlap_, -point.gap);
-  }
 }
 
 void MotionJudge::look_at_energy(const std::vector<BodyMotion>& motions, double work) {

@@ -48,9 +48,7 @@ class PeerOf : public Peer {
   Answer ask(int pair) override { return static_cast<Model*>(this)->query(pair); }
   double ask_all(std::span<const int> pairs) override {
     double sum = 0.0;
-    for (const int pair : pairs) {
-      sum += static_cast<Model*>(this)->query(pair).gap;
-    }
+    for (const int pair : pairs) sum += static_cast<Model*>(this)->query(pair).gap;
     return sum;
   }
 };

@@ -29,9 +29,8 @@ btTransform transform(const Pose& pose) {
 
 std::unique_ptr<btConvexHullShape> hull_shape(const BenchShape& shape, bool features) {
   auto hull = std::make_unique<btConvexHullShape>();
-  for (int v = 0; v < shape.vertices.cols(); ++v) {
+  for (int v = 0; v < shape.vertices.cols(); ++v)
     hull->addPoint(to_bullet(shape.vertices.col(v)), false);
-  }
   hull->recalcLocalAabb();
   hull->setMargin(0);
   if (features) hull->initializePolyhedralFeatures();

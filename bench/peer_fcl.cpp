@@ -45,11 +45,10 @@ class FclPairs : public Placed<Geometry, fcl::Transform3d> {
   FclPairs() : Placed<Geometry, fcl::Transform3d>(transform) {}
   void load(const Workload& workload) {
     Placed<Geometry, fcl::Transform3d>::load(workload, [](const BenchShape& shape) {
-      if constexpr (std::is_same_v<Geometry, fcl::Boxd>) {
+      if constexpr (std::is_same_v<Geometry, fcl::Boxd>)
         return std::make_unique<fcl::Boxd>(Vector3(2 * shape.half_size));
-      } else {
+      else
         return std::make_unique<fcl::Convexd>(convex(shape));
-      }
     });
   }
 };
@@ -94,9 +93,8 @@ class Fcl final : public PeerOf<Fcl<Geometry, Solver>> {
                                               placed_.pose_b(p), &contacts_);
     if (!touch || contacts_.empty()) return {};
     Answer answer;
-    for (const auto& contact : contacts_) {  // the indep solver's depth has the other sign
+    for (const auto& contact : contacts_)  // the indep solver's depth has the other sign
       answer.gap = std::min(answer.gap, -std::abs(contact.penetration_depth));
-    }
     answer.normal = contacts_[0].normal;
     answer.point_a = answer.point_b = contacts_[0].pos;
     return answer;

@@ -33,9 +33,8 @@ struct Rows {
 
 double plain_reach(const Rows& rows, const Vector3& n) {
   double most = -std::numeric_limits<double>::infinity();
-  for (std::size_t v = 0; v < rows.x.size(); ++v) {
+  for (std::size_t v = 0; v < rows.x.size(); ++v)
     most = std::max(most, rows.x[v] * n.x() + rows.y[v] * n.y() + rows.z[v] * n.z());
-  }
   return most;
 }
 

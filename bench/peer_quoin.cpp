@@ -75,9 +75,8 @@ class Bodies {
   void load(const Workload& workload) {
     workload_ = &workload;
     shapes_.clear();
-    for (const BenchShape& shape : workload.shapes) {
+    for (const BenchShape& shape : workload.shapes)
       shapes_.emplace_back(shape.topology, shape.vertices);
-    }
     bodies_.clear();
     for (const Pair& pair : workload.pairs) {
       bodies_.emplace_back(shapes_[static_cast<std::size_t>(pair.shape_a)]);
@@ -96,9 +95,8 @@ class Bodies {
   }
   /// Moves both bodies of a pair to where they are at the step.
   void move(int pair) {
-    for (std::size_t k = 2 * static_cast<std::size_t>(pair), last = k + 1; k <= last; ++k) {
+    for (std::size_t k = 2 * static_cast<std::size_t>(pair), last = k + 1; k <= last; ++k)
       bodies_[k].move(placements_[k]);
-    }
   }
   std::span<const geometry::Body> all() const { return bodies_; }
   const geometry::Body& a(int pair) const { return bodies_[2 * static_cast<std::size_t>(pair)]; }

@@ -12,9 +12,7 @@ namespace {
 std::vector<Vector3d> box_edges(const geometry::Body& body) {
   if (body.shape().vertex_count() != 8 || body.shape().topology().face_count() != 6) return {};
   std::vector<Vector3d> edges;
-  for (int v = 1; v < 8; ++v) {
-    edges.push_back(body.vertex(v) - body.vertex(0));
-  }
+  for (int v = 1; v < 8; ++v) edges.push_back(body.vertex(v) - body.vertex(0));
   std::sort(edges.begin(), edges.end(),
             [](const Vector3d& a, const Vector3d& b) { return a.squaredNorm() < b.squaredNorm(); });
   // The shortest two are edges; the third is the first that stands square on both.
@@ -22,18 +20,15 @@ std::vector<Vector3d> box_edges(const geometry::Body& body) {
     return std::abs(a.dot(b)) <= 1e-9 * a.norm() * b.norm();
   };
   if (!square(edges[0], edges[1])) return {};
-  for (std::size_t k = 2; k < edges.size(); ++k) {
-    if (square(edges[k], edges[0]) && square(edges[k], edges[1])) {
+  for (std::size_t k = 2; k < edges.size(); ++k)
+    if (square(edges[k], edges[0]) && square(edges[k], edges[1]))
       return {edges[0], edges[1], edges[k]};
-    }
-  }
   return {};
 }
 
 std::function<Vector3d(double)> acceleration_of(const solver::Block& block) {
-  if (block.motion.kind != solver::MotionKind::Acceleration) {
+  if (block.motion.kind != solver::MotionKind::Acceleration)
     throw std::invalid_argument("the peers know motion given by its acceleration");
-  }
   return [value = block.motion.value](double time) { return value.at(time); };
 }
 
@@ -72,9 +67,8 @@ std::optional<double> held_friction(const solver::Scene& scene) {
                (pair.group_a == held || pair.group_b == held) && pair.joint.restitution == 0.0 &&
                pair.joint.cohesion == 0.0 && pair.joint.tension == 0.0 &&
                scene.joint.friction_angle > 0.0;
-  for (const solver::Block& block : scene.blocks) {
+  for (const solver::Block& block : scene.blocks)
     known = known && block.material.joint_group == (is_held(block) ? held : others);
-  }
   if (!known) throw std::invalid_argument("the peers know one other joint: of what is held");
   return std::tan(pair.joint.friction_angle);
 }
@@ -96,9 +90,8 @@ RigidScene rigid_scene(const scene_file::SceneFile& file) {
     RigidBody& body = rigid.bodies[static_cast<std::size_t>(load.block)];
     const Vector3d force = load.force.at(0.0);
     const double arm = (load.point - body.place).cross(force).norm() / force.norm();
-    if (!load.force.is_constant() || arm > 1e-9) {
+    if (!load.force.is_constant() || arm > 1e-9)
       throw std::invalid_argument("the peers know constant forces through centroids");
-    }
     body.force += force;
   }
   return rigid;

@@ -15,13 +15,12 @@ inline solver::Scene wall_scene(int columns, int rows, double young = 0.0) {
   solver::Scene scene{.joint = {.friction_angle = std::atan(rigid.friction)}};
   for (const RigidBody& body : rigid.bodies) {
     const auto shape = geometry::make_box(body.place - body.half_size, body.place + body.half_size);
-    if (!(body.density > 0.0)) {
+    if (!(body.density > 0.0))
       scene.add_fixed(shape);
-    } else if (young > 0.0) {
+    else if (young > 0.0)
       scene.add_block(shape, {.density = body.density, .young = young, .poisson = 0.2});
-    } else {
+    else
       scene.add_rigid(shape, {.density = body.density});
-    }
   }
   return scene;
 }

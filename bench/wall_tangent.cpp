@@ -27,9 +27,8 @@ ContactProblem first_problem(const Scene& scene, std::vector<Frame>& frames) {
     throw Caught{};
   };
   Simulation simulation(scene, options);
-  for (const BlockState& block : simulation.state().blocks) {
+  for (const BlockState& block : simulation.state().blocks)
     frames.push_back({block.centroid, block.rotation.toRotationMatrix()});
-  }
   try {
     static_cast<void>(simulation.advance());
   } catch (const Caught&) {
@@ -124,9 +123,8 @@ double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC
 
 double relative_residual(const WallTangent& wall, const BlockVector& solution) {
   BlockVector rest = wall.right;
-  for (std::size_t s = 0; s < rest.size(); ++s) {
+  for (std::size_t s = 0; s < rest.size(); ++s)
     rest[s].head<6>() -= wall.system.diagonal[s] * solution[s].head<6>();
-  }
   for (std::size_t p = 0; p < wall.system.pairs.size(); ++p) {
     const auto i = static_cast<std::size_t>(wall.system.pairs[p].first);
     const auto j = static_cast<std::size_t>(wall.system.pairs[p].second);

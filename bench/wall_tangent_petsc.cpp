@@ -27,9 +27,8 @@ Mat matrix_of(const BlockSystem& system) {
     const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> by_rows = block;
     MatSetValuesBlocked(matrix, 1, &i, 1, &j, by_rows.data(), INSERT_VALUES);
   };
-  for (PetscInt i = 0; i < rows; ++i) {
+  for (PetscInt i = 0; i < rows; ++i)
     put(i, i, system.diagonal[static_cast<std::size_t>(i)].topLeftCorner<6, 6>());
-  }
   for (std::size_t p = 0; p < system.pairs.size(); ++p) {
     const auto [i, j] = system.pairs[p];
     const Eigen::Matrix<double, 6, 6> block = system.off_diagonal[p].topLeftCorner<6, 6>();
@@ -100,9 +99,8 @@ LinearRun run_petsc(const WallTangent& wall, PetscPreconditioner preconditioner)
   MatCreateVecs(matrix, &solution, &right);
   PetscScalar* values = nullptr;
   VecGetArray(right, &values);
-  for (std::size_t i = 0; i < wall.right.size(); ++i) {
+  for (std::size_t i = 0; i < wall.right.size(); ++i)
     for (int d = 0; d < 6; ++d) values[6 * i + static_cast<std::size_t>(d)] = wall.right[i][d];
-  }
   VecRestoreArray(right, &values);
   KSPSetUp(solver);
   run.set_up = cpu_seconds() - start;
@@ -113,9 +111,8 @@ LinearRun run_petsc(const WallTangent& wall, PetscPreconditioner preconditioner)
   run.iterations = static_cast<int>(iterations);
   BlockVector answer(wall.right.size(), Vector12::Zero());
   VecGetArray(solution, &values);
-  for (std::size_t i = 0; i < answer.size(); ++i) {
+  for (std::size_t i = 0; i < answer.size(); ++i)
     for (int d = 0; d < 6; ++d) answer[i][d] = values[6 * i + static_cast<std::size_t>(d)];
-  }
   VecRestoreArray(solution, &values);
   run.residual = relative_residual(wall, answer);
   VecDestroy(&right);

@@ -38,9 +38,7 @@ BenchShape random_hull(Random& random, int count) {
   const Vector3 radii(random.uniform(0.35, 0.65), random.uniform(0.35, 0.65),
                       random.uniform(0.35, 0.65));
   Points points(3, count);
-  for (int k = 0; k < count; ++k) {
-    points.col(k) = random.direction().cwiseProduct(radii);
-  }
+  for (int k = 0; k < count; ++k) points.col(k) = random.direction().cwiseProduct(radii);
   return shape_of(geometry::make_hull(points).polyhedron);
 }
 
@@ -75,9 +73,7 @@ using MakeShape = std::function<BenchShape(Random&)>;
 void add_pairs(Random& random, Workload& workload, int count, const MakeShape& make, double low,
                double high) {
   constexpr int kShapes = 64;
-  for (int k = 0; k < std::min(kShapes, count); ++k) {
-    workload.shapes.push_back(make(random));
-  }
+  for (int k = 0; k < std::min(kShapes, count); ++k) workload.shapes.push_back(make(random));
   const int last = static_cast<int>(workload.shapes.size()) - 1;
   for (int k = 0; k < count; ++k) {
     Pair pair;
@@ -91,9 +87,7 @@ void add_pairs(Random& random, Workload& workload, int count, const MakeShape& m
 }
 
 MakeShape maker(const std::string& family) {
-  if (family == "box") {
-    return random_box;
-  }
+  if (family == "box") return random_box;
   const int count = std::stoi(family);
   return [count](Random& random) { return random_hull(random, count); };
 }
@@ -146,9 +140,7 @@ Workload random_workload(const std::string& name, const std::string& family,
   if (moving) {
     workload.steps = scale.steps;
     workload.warm = true;
-    for (Pair& pair : workload.pairs) {
-      animate(random, workload, pair);
-    }
+    for (Pair& pair : workload.pairs) animate(random, workload, pair);
   }
   return workload;
 }

@@ -25,9 +25,8 @@ Eigen::Quaterniond axes_of(const RigidBody& body) {
 std::unique_ptr<btCollisionShape> shape_of(const RigidBody& body, const Eigen::Quaterniond& axes) {
   if (body.half_size.x() > 0.0) return std::make_unique<btBoxShape>(to_bullet(body.half_size));
   auto shape = std::make_unique<btConvexHullShape>();
-  for (Eigen::Index i = 0; i < body.vertices.cols(); ++i) {
+  for (Eigen::Index i = 0; i < body.vertices.cols(); ++i)
     shape->addPoint(to_bullet(axes.conjugate() * body.vertices.col(i)));
-  }
   shape->setMargin(1e-6);  // it lies around the hull: hulls laid without gaps overlap by two
   return shape;
 }
@@ -58,9 +57,8 @@ class BulletWorld final : public World {
     }
     world_.stepSimulation(dt, 0);
     time_ += dt;
-    for (const MovedBody& moved : moved_) {
+    for (const MovedBody& moved : moved_)
       work_ -= dt * force_on(moved.body).dot(moved.mean_velocity);
-    }
     return true;
   }
   double work() const override { return work_; }

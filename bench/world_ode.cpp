@@ -58,9 +58,8 @@ class OdeWorld final : public World {
     time_ += dt;
     trouble = false;
     const bool done = (iterations_ > 0 ? dWorldQuickStep(world_, dt) : dWorldStep(world_, dt)) != 0;
-    for (const MovedBody& moved : moved_) {
+    for (const MovedBody& moved : moved_)
       work_ += dt * force_by(moved.body).dot(moved.mean_velocity);
-    }
     return done && !trouble;
   }
   double work() const override { return work_; }

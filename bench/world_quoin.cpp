@@ -16,9 +16,8 @@ geometry::Shape shape_of(const RigidBody& body) {
   }
   geometry::Shape shape = geometry::make_box(-body.half_size, body.half_size);
   geometry::Points vertices(3, shape.topology().vertex_count());
-  for (int i = 0; i < shape.topology().vertex_count(); ++i) {
+  for (int i = 0; i < shape.topology().vertex_count(); ++i)
     vertices.col(i) = body.place + body.turn * shape.vertex(i);
-  }
   shape.set_vertices(vertices);
   return shape;
 }
@@ -29,9 +28,8 @@ solver::Scene scene_of(const RigidScene& rigid) {
   scene.gravity = rigid.gravity;
   const double held_friction = rigid.held_friction.value_or(rigid.friction);
   constexpr int kHeld = 1;  // its joint group
-  if (held_friction != rigid.friction) {
+  if (held_friction != rigid.friction)
     scene.pair_joints.push_back({0, kHeld, {.friction_angle = std::atan(held_friction)}});
-  }
   for (const RigidBody& body : rigid.bodies) {
     if (body.density == 0.0) {
       scene.add_fixed(shape_of(body), {.joint_group = kHeld});
@@ -44,9 +42,8 @@ solver::Scene scene_of(const RigidScene& rigid) {
     const int block = scene.add_rigid(shape_of(body), {.density = body.density});
     scene.blocks.back().velocity = body.velocity;
     scene.blocks.back().angular_velocity = body.spin;
-    if (!body.force.isZero(0.0)) {
+    if (!body.force.isZero(0.0))
       scene.point_loads.push_back({block, body.place, solver::VectorOfTime(body.force)});
-    }
   }
   return scene;
 }

@@ -288,17 +288,15 @@ int time_all() {
       least[c] = std::min(least[c], passed.count() / kSteps);
     }
   }
-  for (std::size_t c = 0; c < cases.size(); ++c) {
+  for (std::size_t c = 0; c < cases.size(); ++c)
     std::printf("%s\"%s\": %.3f", c == 0 ? "{" : ", ", cases[c].name, least[c]);
-  }
   std::printf("}\n");
   return 0;
 }
 
 int list() {
-  for (const Case& one : all_cases()) {
+  for (const Case& one : all_cases())
     std::printf("%s\t%s\t%s\t%s\n", one.name, one.table, one.against, one.words);
-  }
   return 0;
 }
 
@@ -308,9 +306,8 @@ int main(int argc, char** argv) {
   const std::string wanted = argc == 2 ? argv[1] : "";
   if (wanted == "--list") return list();
   if (wanted == "--times") return time_all();
-  for (const Case& one : all_cases()) {
+  for (const Case& one : all_cases())
     if (wanted == one.name) return run_one(one);
-  }
   std::fprintf(stderr, "usage: %s --list | --times | NAME\n", argv[0]);
   return 2;
 }

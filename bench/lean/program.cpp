@@ -38,9 +38,8 @@ void rest() {
 #endif
 #ifdef QUOIN_LEAN_SOLVER
   quoin::solver::Simulation simulation({}, {});
-  if (simulation.advance().status == quoin::solver::StepStatus::Converged) {
+  if (simulation.advance().status == quoin::solver::StepStatus::Converged)
     quoin::solver::write_blocks("blocks.vtu", simulation);
-  }
 #endif
 }
 

@@ -252,9 +252,8 @@ bool PetscSolver::converged(KSP solver, LinearSolverCounts& counts) {
 bool PetscSolver::solve(const BlockVector& right, BlockVector& solution,
                         LinearSolverCounts& counts) {
   const auto print = static_cast<int>(fingerprint(right) & 0x3fffffff);
-  if (ranks_.largest(print) != -ranks_.largest(-print)) {
+  if (ranks_.largest(print) != -ranks_.largest(-print))
     throw std::runtime_error("the ranks no longer take the same steps: are they of one build?");
-  }
   PetscScalar* values = nullptr;
   petsc(VecGetArray(right_.get(), &values));
   for (std::size_t i = 0; i < places_.own.size(); ++i) {

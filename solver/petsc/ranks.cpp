@@ -17,9 +17,8 @@ MPI_Comm ends = MPI_COMM_NULL;  // of all_come() alone: what else is under way d
 
 Ranks::Ranks() {
   int given = 0;
-  if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &given) != MPI_SUCCESS) {
+  if (MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &given) != MPI_SUCCESS)
     throw std::runtime_error("MPI does not start");
-  }
   MPI_Comm_dup(MPI_COMM_WORLD, &ends);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &count_);

@@ -87,9 +87,8 @@ BlockVector eliminated(const Problem& problem) {
 
 double largest_difference(const BlockVector& a, const BlockVector& b) {
   double worst = 0.0;
-  for (std::size_t s = 0; s < a.size(); ++s) {
+  for (std::size_t s = 0; s < a.size(); ++s)
     worst = std::max(worst, (a[s] - b[s]).cwiseAbs().maxCoeff<Eigen::PropagateNaN>());
-  }
   return worst;
 }
 
@@ -102,9 +101,8 @@ BlockSystem own_rows(const BlockSystem& system, const Slots& slots) {
     const int block = slots.block_of_slot[static_cast<std::size_t>(slot)];
     return owners[static_cast<std::size_t>(block)] == ranks().rank();
   };
-  for (std::size_t s = 0; s < own.diagonal.size(); ++s) {
+  for (std::size_t s = 0; s < own.diagonal.size(); ++s)
     if (!is_own(static_cast<int>(s))) own.diagonal[s].setConstant(kNone);
-  }
   for (std::size_t p = 0; p < own.pairs.size(); ++p) {
     if (is_own(own.pairs[p].first) || is_own(own.pairs[p].second)) continue;
     own.off_diagonal[p].setConstant(kNone);
@@ -164,9 +162,8 @@ TEST_CASE("What cannot be factorized is said on all ranks") {
 
 TEST_CASE("Where iterations do not converge the matrix is eliminated") {
   Problem problem = sheet(40, 20, {6}, MatrixShape::General);
-  for (std::size_t b = 0; b < problem.right.size(); ++b) {
+  for (std::size_t b = 0; b < problem.right.size(); ++b)
     problem.system.diagonal[b] -= 60.0 * Eigen::MatrixXd::Identity(6, 6);
-  }
   const auto solver = solver_of(problem.system);
   LinearSolverCounts counts;
   BlockVector solution;
@@ -186,11 +183,10 @@ TEST_CASE("Ranks that no longer take the same steps are noticed") {
   problem.right[3][1] += ranks().rank();
   LinearSolverCounts counts;
   BlockVector solution;
-  if (ranks().count() > 1) {
+  if (ranks().count() > 1)
     CHECK_THROWS_AS(solver->solve(problem.right, solution, counts), std::runtime_error);
-  } else {
+  else
     CHECK(solver->solve(problem.right, solution, counts));
-  }
 }
 
 TEST_CASE("Parts are as many as asked for, equal, and in one piece of space") {

@@ -62,9 +62,8 @@ Points points_from(Bytes& bytes) {
   const int control = bytes.take<std::uint8_t>();
   const double scale = (control & 4) != 0 ? std::ldexp(1.0, bytes.take<std::int8_t>() % 30) : 1.0;
   Points points(3, 4 + (control >> 3) % 21);
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
+  for (Eigen::Index i = 0; i < points.size(); ++i)
     points.data()[i] = scale * bytes.coordinate(control);
-  }
   return points;
 }
 
@@ -76,9 +75,7 @@ Matrix3 rotation_from(Bytes& bytes) {
 
 Placement placement_from(Bytes& bytes, int control) {
   Placement place;
-  if ((control & 2) != 0) {
-    place.linear = rotation_from(bytes);
-  }
+  if ((control & 2) != 0) place.linear = rotation_from(bytes);
   if ((control & 4) != 0) {
     const double x = bytes.coordinate(control >> 3), y = bytes.coordinate(control >> 3);
     place.translation = {x, y, bytes.coordinate(control >> 3)};
@@ -97,16 +94,12 @@ SolidPair family_pair_from(Bytes& bytes) {
 
 /// B: another solid, or A again, shifted and perhaps turned, by its points or by a placement.
 SolidPair pair_from(Bytes& bytes) {
-  if ((bytes.take<std::uint8_t>() & 3) == 3) {
-    return family_pair_from(bytes);
-  }
+  if ((bytes.take<std::uint8_t>() & 3) == 3) return family_pair_from(bytes);
   const Points a = points_from(bytes);
   const int control = bytes.take<std::uint8_t>();
   const Points b = (control & 1) != 0 ? a : points_from(bytes);
   const Placement place = placement_from(bytes, control);
-  if ((control & 32) != 0) {
-    return {"fuzz", a, Solid(b, place)};
-  }
+  if ((control & 32) != 0) return {"fuzz", a, Solid(b, place)};
   return {"fuzz", a, transformed(Solid(b), place.linear, place.translation)};
 }
 
@@ -117,9 +110,8 @@ bool reasonable(const Solid& solid) {
 }
 
 void fail(const SolidPair& pair, const std::vector<Fault>& faults) {
-  for (const Fault& fault : faults) {
+  for (const Fault& fault : faults)
     std::fprintf(stderr, "# %s: %s\n", fault.kind.c_str(), fault.text.c_str());
-  }
   std::fprintf(stderr, "%s", to_text(pair).c_str());
   std::abort();
 }
@@ -129,13 +121,9 @@ void fail(const SolidPair& pair, const std::vector<Fault>& faults) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Bytes bytes(data, size);
   const SolidPair pair = pair_from(bytes);
-  if (!reasonable(pair.a) || !reasonable(pair.b)) {
-    return 0;
-  }
+  if (!reasonable(pair.a) || !reasonable(pair.b)) return 0;
   quoin::tests::Random random(size);
   const quoin::tests::PairVerdict verdict = quoin::tests::check_pair(pair, random);
-  if (!verdict.faults.empty()) {
-    fail(pair, verdict.faults);
-  }
+  if (!verdict.faults.empty()) fail(pair, verdict.faults);
   return 0;
 }

@@ -50,20 +50,15 @@ std::vector<KnownPair> read_pairs(const char* name) {
 
 std::vector<KnownPair> known_pairs() {
   std::vector<KnownPair> pairs = read_pairs("published.jsonl");
-  for (KnownPair& pair : read_pairs("found.jsonl")) {
-    pairs.push_back(std::move(pair));
-  }
+  for (KnownPair& pair : read_pairs("found.jsonl")) pairs.push_back(std::move(pair));
   return pairs;
 }
 
 std::set<std::string> open_pairs() {
   std::set<std::string> ids;
   std::ifstream in(kFolder / "open.txt");
-  for (std::string line; std::getline(in, line);) {
-    if (!line.empty() && line.front() != '#') {
-      ids.insert(line);
-    }
-  }
+  for (std::string line; std::getline(in, line);)
+    if (!line.empty() && line.front() != '#') ids.insert(line);
   return ids;
 }
 
@@ -72,9 +67,7 @@ void prove(const KnownPair& known) {
   const ExactPair exact(known.pair.a.placed, known.pair.b.placed);
   const double gap = static_cast<double>(exact.gap().gap);
   CHECK(known.exact["gap"].get<double>() == gap);
-  if (known.exact.contains("gap_squared")) {
-    CHECK(known.exact["gap_squared"] == exact.squared_gap());
-  }
+  if (known.exact.contains("gap_squared")) CHECK(known.exact["gap_squared"] == exact.squared_gap());
   const Vector3 normal = quoin::scene_file::read_vector(known.exact["normal"]);
   const double size = std::max(diameter(known.pair.a), diameter(known.pair.b));
   CHECK(static_cast<double>(gap_along(exact, normal)) >=
@@ -101,13 +94,9 @@ std::vector<Fault> faults_of(const SolidPair& pair) {
 
 std::string summary(const std::vector<Fault>& faults) {
   std::map<std::string, std::string> kinds;
-  for (const Fault& fault : faults) {
-    kinds.try_emplace(fault.kind, fault.text);
-  }
+  for (const Fault& fault : faults) kinds.try_emplace(fault.kind, fault.text);
   std::string text;
-  for (const auto& [kind, example] : kinds) {
-    text += "\n    " + kind + ": " + example;
-  }
+  for (const auto& [kind, example] : kinds) text += "\n    " + kind + ": " + example;
   return text;
 }
 
@@ -115,9 +104,8 @@ std::string summary(const std::vector<Fault>& faults) {
 
 TEST_CASE("known pairs: the set is small enough to be carried home") {
   std::uintmax_t size = 0;
-  for (const char* name : {"published.jsonl", "found.jsonl", "families.jsonl"}) {
+  for (const char* name : {"published.jsonl", "found.jsonl", "families.jsonl"})
     size += std::filesystem::file_size(kFolder / name);
-  }
   CHECK(size <= 2'000'000);
 }
 
@@ -133,9 +121,7 @@ TEST_CASE("known pairs: what is recorded is proved") {
 TEST_CASE("known pairs: a set of all families is proved, and answered rightly") {
   const std::vector<KnownPair> pairs = read_pairs("families.jsonl");
   std::set<std::string> families;
-  for (const KnownPair& known : pairs) {
-    families.insert(known.pair.family);
-  }
+  for (const KnownPair& known : pairs) families.insert(known.pair.family);
   REQUIRE(families.size() == quoin::tests::family_names().size());
   REQUIRE(pairs.size() >= 1600);
   for (const KnownPair& known : pairs) {

@@ -19,9 +19,8 @@ constexpr std::uint64_t kCases = 1000;
 
 Solid round_hull(Random& random) {
   Points points(3, random.integer(4, 12));
-  for (int i = 0; i < points.cols(); ++i) {
+  for (int i = 0; i < points.cols(); ++i)
     points.col(i) = (0.7 + 0.3 * random.uniform()) * random.direction();  // m
-  }
   return {points, Placement{}};
 }
 
@@ -30,9 +29,8 @@ Vector3 carried_normal(const Shape& shape, int vertex, Random& random) {
   const auto faces = shape.topology().vertex_faces(vertex);
   const int count = random.integer(1, static_cast<int>(faces.size()));
   Vector3 sum = Vector3::Zero();
-  for (int k = 0; k < count; ++k) {
+  for (int k = 0; k < count; ++k)
     sum += random.uniform() * shape.face_normal(faces[static_cast<std::size_t>(k)]);
-  }
   return sum.normalized();
 }
 
@@ -47,9 +45,8 @@ SolidPair over_edge(int v, int w, Random& random) {
   for (const int f : a.topology().vertex_faces(v)) {
     const auto cycle = a.topology().face(f);
     const bool beside = std::find(cycle.begin(), cycle.end(), end) != cycle.end();
-    if (beside && (normal.isZero() || random.integer(0, 1) == 0)) {
+    if (beside && (normal.isZero() || random.integer(0, 1) == 0))
       normal += random.uniform() * a.face_normal(f);
-    }
   }
   normal.normalize();
   const Matrix3 turn =
@@ -68,9 +65,8 @@ struct Named {
 /// A vertex, its edges and its faces.
 std::vector<Named> named_around(const Topology& topology, int vertex) {
   std::vector<Named> all{{{vertex, -1, -1, -1}, -1}};
-  for (const int end : topology.neighbours(vertex)) {
+  for (const int end : topology.neighbours(vertex))
     all.push_back({{std::min(vertex, end), std::max(vertex, end), -1, -1}, -1});
-  }
   for (const int f : topology.vertex_faces(vertex)) {
     Named named{.face = f};
     const auto set = topology.face_set(f);
@@ -125,9 +121,8 @@ SolidPair end_against_end(Random& random) {
   b.row(2).array() += random.log_uniform(1e-14, 0.1);
   const Matrix3 turn = random.integer(0, 2) == 0 ? Matrix3::Identity() : random.rotation();
   const Vector3 shift = std::ldexp(random.integer(0, 2), random.integer(0, 20)) * Vector3(1, -3, 1);
-  if (random.integer(0, 1) == 0) {
+  if (random.integer(0, 1) == 0)
     return {"ridges", Solid(a, {turn, shift}), Solid(b, {turn, shift})};
-  }
   return {"ridges", transformed(Solid(a), turn, shift), transformed(Solid(b), turn, shift)};
 }
 
@@ -164,9 +159,7 @@ bool differs_by_hint(const SolidPair& pair, int v, int w) {
       hint.face_a = by_a.face;
       hint.face_b = by_b.face;
       hint.normal = cold.normal;
-      if (!same(cold, query.nearest(hint))) {
-        return true;
-      }
+      if (!same(cold, query.nearest(hint))) return true;
     }
   }
   return false;

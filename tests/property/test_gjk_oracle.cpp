@@ -45,13 +45,12 @@ void judge(Score& score, const OracleAnswer& answer, const Question& question) {
   const double peer_error = static_cast<double>(std::abs(answer.gap - question.exact));
   const double own_error = static_cast<double>(std::abs(question.gap - question.exact));
   score.worst = std::max(score.worst, peer_error / question.size);
-  if (!(own_error <= question.allowed)) {
+  if (!(own_error <= question.allowed))
     ++score.quoin_wrong;
-  } else if (!(peer_error <= kPeerAllowed * question.size + question.allowed)) {
+  else if (!(peer_error <= kPeerAllowed * question.size + question.allowed))
     ++score.peer_wrong;
-  } else {
+  else
     ++score.agreed;
-  }
 }
 
 }  // namespace

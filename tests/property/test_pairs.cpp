@@ -39,9 +39,7 @@ class Source {
     const char* name = std::getenv("QUOIN_FAMILY");
     const std::vector<std::string>& names = quoin::tests::family_names();
     if (name != nullptr && std::string(name) == "every") {
-      for (std::size_t i = 0; i < names.size(); ++i) {
-        chosen_.push_back(static_cast<int>(i));
-      }
+      for (std::size_t i = 0; i < names.size(); ++i) chosen_.push_back(static_cast<int>(i));
     } else if (name != nullptr) {
       const auto place = std::find(names.begin(), names.end(), name);
       REQUIRE(place != names.end());
@@ -59,27 +57,21 @@ class Source {
 
 void show(const SolidPair& pair, std::uint64_t number, const std::vector<Fault>& faults) {
   std::printf("---- pair %llu\n", static_cast<unsigned long long>(number));
-  for (const Fault& fault : faults) {
+  for (const Fault& fault : faults)
     std::printf("  // %s: %s\n", fault.kind.c_str(), fault.text.c_str());
-  }
   std::printf("%s---- as text\n%s----\n", rebuild_code(pair).c_str(), to_text(pair).c_str());
 }
 
 std::set<std::string> count(const PairVerdict& verdict, Tally& tally) {
   std::set<std::string> kinds;
-  for (const Fault& fault : verdict.faults) {
-    kinds.insert(fault.kind);
-  }
+  for (const Fault& fault : verdict.faults) kinds.insert(fault.kind);
   ++tally.pairs;
   tally.failed += kinds.empty() ? 0 : 1;
   tally.refused += verdict.answered ? 0 : 1;
   tally.undecided += verdict.contact.nearest.indeterminate ? 1 : 0;
-  if (verdict.answered && kinds.count("not converged") + kinds.count("not finite") == 0) {
+  if (verdict.answered && kinds.count("not converged") + kinds.count("not finite") == 0)
     tally.worst = std::max(tally.worst, verdict.gap_error / verdict.allowed_error);
-  }
-  for (const std::string& kind : kinds) {
-    ++tally.kinds[kind];
-  }
+  for (const std::string& kind : kinds) ++tally.kinds[kind];
   return kinds;
 }
 
@@ -90,11 +82,9 @@ void print(const std::map<std::string, Tally>& tallies) {
         "%.3g of allowed\n",
         name.c_str(), tally.pairs, tally.failed, tally.refused, tally.undecided, tally.worst);
   }
-  for (const auto& [name, tally] : tallies) {
-    for (const auto& [kind, pairs] : tally.kinds) {
+  for (const auto& [name, tally] : tallies)
+    for (const auto& [kind, pairs] : tally.kinds)
       std::printf("%-30s %8ld  %s\n", name.c_str(), pairs, kind.c_str());
-    }
-  }
 }
 
 }  // namespace
@@ -116,13 +106,10 @@ TEST_CASE("pairs: exact gap, proof, exact patch, and the same answer however it 
     bool fresh = false;
     const bool placed = !stands_in_own_frame(pair.a) || !stands_in_own_frame(pair.b);
     const std::string row = pair.family + (placed ? ", placed" : "");
-    for (const std::string& kind : count(verdict, tallies[row])) {
+    for (const std::string& kind : count(verdict, tallies[row]))
       fresh = examples[row + kind]++ < shown || fresh;
-    }
     failed += verdict.faults.empty() ? 0 : 1;
-    if (fresh) {
-      show(pair, i, verdict.faults);
-    }
+    if (fresh) show(pair, i, verdict.faults);
   }
   const std::chrono::duration<double, std::ratio<60>> minutes =
       std::chrono::steady_clock::now() - start;

@@ -43,9 +43,8 @@ double pairs(char** files, int repeats) {
     bodies.emplace_back(shape, geometry::Placement{rows.leftCols<3>(), rows.col(3)});
   }
   std::vector<geometry::BlockPair> pairs;
-  for (std::size_t i = 0; i < list.size(); i += 2) {
+  for (std::size_t i = 0; i < list.size(); i += 2)
     pairs.push_back({static_cast<int>(list[i]), static_cast<int>(list[i + 1])});
-  }
   geometry::PairBatch batch({.reach = 0.05});
   std::vector<geometry::ContactPoint> contacts;
   return least_seconds(repeats, [&] { batch.find(bodies, pairs, contacts); });

@@ -32,11 +32,9 @@ scene_file::SceneFile real_scene(const std::string& blocks) {
 
 double weight(const solver::Scene& scene) {
   double sum = 0.0;
-  for (const solver::Block& block : scene.blocks) {
-    if (block.kind <= solver::BlockKind::Rigid) {
+  for (const solver::Block& block : scene.blocks)
+    if (block.kind <= solver::BlockKind::Rigid)
       sum += 9.81 * block.material.density * geometry::mass_properties(block.body()).volume;
-    }
-  }
   return sum;
 }
 

@@ -41,9 +41,8 @@ std::map<Names, FaceContact> listed_contacts(const std::string& path) {
       for (const nlohmann::json& contact : edge["contacts"]) {
         FaceContact& made = contacts[{std::min(a, b), std::max(a, b)}];
         made.area += contact["data"]["size"].get<double>();
-        for (const nlohmann::json& point : contact["data"]["points"]) {
+        for (const nlohmann::json& point : contact["data"]["points"])
           made.corners.push_back(place_of(point));
-        }
       }
     }
   }
@@ -68,9 +67,8 @@ double corners_apart(const std::vector<Vector3>& ours, const std::vector<Vector3
 std::map<Names, FaceContact> found_contacts(const std::vector<scene_file::MeshBlock>& blocks,
                                             std::vector<Names>& others) {
   geometry::ContactFinder finder({});
-  for (const scene_file::MeshBlock& block : blocks) {
+  for (const scene_file::MeshBlock& block : blocks)
     finder.add(std::make_shared<const geometry::Shape>(convex_block(block, -1.0)));
-  }
   std::vector<geometry::ContactPoint> points;
   finder.find(points);
   std::map<Names, FaceContact> contacts;
@@ -91,9 +89,7 @@ std::map<Names, FaceContact> found_contacts(const std::vector<scene_file::MeshBl
 
 TEST_CASE("the barrel vault's face contacts are those of its results") {
   const std::string folder = real_data();
-  if (folder.empty()) {
-    return;
-  }
+  if (folder.empty()) return;
   const auto blocks = scene_file::read_mesh_file(folder + "/barrel_vault_DEM_model.json",
                                                  scene_file::MeshFormat::Compas);
   const auto listed = listed_contacts(folder + "/barrel_vault_DEM_results.json");

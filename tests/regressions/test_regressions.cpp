@@ -17,11 +17,8 @@ namespace {
 std::vector<std::filesystem::path> files() {
   std::vector<std::filesystem::path> paths;
   for (const auto& entry :
-       std::filesystem::directory_iterator(QUOIN_SOURCE_DIR "/tests/regressions")) {
-    if (entry.path().extension() == ".txt") {
-      paths.push_back(entry.path());
-    }
-  }
+       std::filesystem::directory_iterator(QUOIN_SOURCE_DIR "/tests/regressions"))
+    if (entry.path().extension() == ".txt") paths.push_back(entry.path());
   std::sort(paths.begin(), paths.end());
   return paths;
 }
@@ -29,11 +26,8 @@ std::vector<std::filesystem::path> files() {
 std::string text_of(const std::filesystem::path& path) {
   std::ifstream in(path);
   std::ostringstream text;
-  for (std::string line; std::getline(in, line);) {
-    if (line.empty() || line.front() != '#') {
-      text << line << '\n';
-    }
-  }
+  for (std::string line; std::getline(in, line);)
+    if (line.empty() || line.front() != '#') text << line << '\n';
   return text.str();
 }
 
@@ -47,9 +41,8 @@ TEST_CASE("regressions: every pair that ever failed") {
     const quoin::tests::SolidPair pair = quoin::tests::from_text(text_of(path));
     for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
       quoin::tests::Random random(seed);
-      for (const quoin::tests::Fault& fault : quoin::tests::check_pair(pair, random).faults) {
+      for (const quoin::tests::Fault& fault : quoin::tests::check_pair(pair, random).faults)
         FAIL_CHECK(fault.kind << ": " << fault.text);
-      }
     }
   }
 }

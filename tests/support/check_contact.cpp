@@ -54,9 +54,7 @@ void check_point(const Trial& trial, const NearestFeatures& n, const ContactPoin
   const bool finite = c.point_a.allFinite() && c.point_b.allFinite() && std::isfinite(c.gap) &&
                       std::isfinite(c.area) && c.area >= 0;
   faults.expect(finite, "point not finite", "gap ", c.gap, " area ", c.area);
-  if (!finite) {
-    return;
-  }
+  if (!finite) return;
   const double apart = (c.point_b - c.point_a - c.gap * c.normal).norm();
   faults.expect(apart <= slack, "point gap", "points are not apart by gap ", c.gap,
                 " along the normal, off by ", apart, ", allowed ", slack);
@@ -84,9 +82,7 @@ std::vector<Place> places_of(const Trial& trial, const PlaneFrame& frame,
 
 std::vector<Place> places_of(const ExactPatch& patch) {
   std::vector<Place> places;
-  for (const PatchCorner& corner : patch.corners) {
-    places.push_back(corner.place);
-  }
+  for (const PatchCorner& corner : patch.corners) places.push_back(corner.place);
   return places;
 }
 
@@ -94,9 +90,7 @@ std::vector<Place> places_of(const ExactPatch& patch) {
 /// it.
 Real standing_out(const ExactPatch& patch, std::size_t i) {
   const std::size_t count = patch.corners.size();
-  if (count == 1) {
-    return std::numeric_limits<Real>::infinity();
-  }
+  if (count == 1) return std::numeric_limits<Real>::infinity();
   return distance_to_places(
       {patch.corners[(i + 1) % count].place, patch.corners[(i + count - 1) % count].place},
       patch.corners[i].place);
@@ -104,9 +98,7 @@ Real standing_out(const ExactPatch& patch, std::size_t i) {
 
 Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
   Real nearest = std::numeric_limits<Real>::infinity();
-  for (const Place& other : places) {
-    nearest = std::min(nearest, distance(place, other));
-  }
+  for (const Place& other : places) nearest = std::min(nearest, distance(place, other));
   return nearest;
 }
 
@@ -124,9 +116,7 @@ void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatc
   const CornerLengths lengths{trial.tolerance, trial.smaller, trial.allowed_gap(0)};
   for (std::size_t i = 0; i < patch.corners.size(); ++i) {
     const PatchCorner& corner = patch.corners[i];
-    if (corner.excess > tolerance - slack) {
-      continue;  // its gap may be out of reach
-    }
+    if (corner.excess > tolerance - slack) continue;  // its gap may be out of reach
     const Real blur = blur_of(patch, corner, slack);
     const Real beyond = distance_to_places(places, corner.place);
     const Real nearest = distance_to_nearest(places, corner.place);
@@ -142,22 +132,16 @@ void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatc
 
 Real extent_of(const std::vector<Place>& places) {
   Real most = 0;
-  for (const Place& p : places) {
-    for (const Place& q : places) {
-      most = std::max(most, distance(p, q));
-    }
-  }
+  for (const Place& p : places)
+    for (const Place& q : places) most = std::max(most, distance(p, q));
   return most;
 }
 
 /// Are there corners so near to each other that their points may be merged?
 bool crowded(const std::vector<Place>& corners, double tolerance) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (distance(corners[i], corners[j]) <= 2 * Real(tolerance)) {
-        return true;
-      }
-    }
+    for (std::size_t j = 0; j < i; ++j)
+      if (distance(corners[i], corners[j]) <= 2 * Real(tolerance)) return true;
   }
   return false;
 }
@@ -190,9 +174,8 @@ void check_shares(const std::vector<ContactPoint>& points, const std::vector<Pla
 
 Polygon reported_polygon(const Trial& trial, const PlaneFrame& frame, const PairContact& contact) {
   Polygon polygon;
-  for (const geometry::Vector3& corner : contact.polygon) {
+  for (const geometry::Vector3& corner : contact.polygon)
     polygon.corners.push_back(frame.place(trial.exact.place(corner)));
-  }
   polygon.area = polygon_area(polygon.corners, polygon.centroid);
   return polygon;
 }
@@ -203,18 +186,14 @@ Polygon reported_polygon(const Trial& trial, const PlaneFrame& frame, const Pair
 /// which have no inside. Polygons counter-clockwise.
 Real sliver_sine(const std::array<std::vector<Place>, 2>& polygons, const Place& place,
                  Real allowed) {
-  if (polygons[0].size() < 3 || polygons[1].size() < 3) {
-    return 1;
-  }
+  if (polygons[0].size() < 3 || polygons[1].size() < 3) return 1;
   std::array<std::vector<Place>, 2> ways;  // unit, along the sides there
   for (const std::size_t side : {0u, 1u}) {
     const std::vector<Place>& corners = polygons[side];
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Place &from = corners[i], &to = corners[(i + 1) % corners.size()];
       const Real length = distance(from, to);
-      if (!(length > 0) || distance_to_places({from, to}, place) > allowed) {
-        continue;
-      }
+      if (!(length > 0) || distance_to_places({from, to}, place) > allowed) continue;
       ways[side].push_back({(to[0] - from[0]) / length, (to[1] - from[1]) / length});
     }
   }
@@ -222,9 +201,7 @@ Real sliver_sine(const std::array<std::vector<Place>, 2>& polygons, const Place&
   for (const Place& a : ways[0]) {
     for (const Place& b : ways[1]) {
       const bool opposite = a[0] * b[0] + a[1] * b[1] < 0;
-      if (opposite) {
-        sine = std::min(sine, std::abs(a[0] * b[1] - a[1] * b[0]));
-      }
+      if (opposite) sine = std::min(sine, std::abs(a[0] * b[1] - a[1] * b[0]));
     }
   }
   return sine;
@@ -236,9 +213,7 @@ Real sliver_sine(const std::array<std::vector<Place>, 2>& polygons, const Place&
 /// within half of tol of either), and no corner of the exact patch outside by more than that makes.
 void check_polygon(const Trial& trial, const Polygon& reported, const ExactPatch& patch,
                    double slack, Faults& faults) {
-  if (patch.corners.size() == 1) {
-    return;
-  }
+  if (patch.corners.size() == 1) return;
   const bool beside = patch.type == ContactType::EdgeEdgeParallel;
   const Real allowed = 2 * Real(slack) + (beside ? Real(trial.tolerance) / 2 : 0);
   for (const Place& corner : reported.corners) {
@@ -266,16 +241,12 @@ std::size_t level_edges(const geometry::Body& body, const geometry::Vector3& out
   const double top = heights.maxCoeff();
   std::set<int> edges;
   for (int v = 0; v < topology.vertex_count(); ++v) {
-    if (heights[v] < top - band) {
-      continue;
-    }
+    if (heights[v] < top - band) continue;
     for (const int e : topology.vertex_edges(v)) {
       const auto [from, to] = topology.edge(e);
       const geometry::Vector3 line =
           body.placement().linear * (body.shape().vertex(to) - body.shape().vertex(from));
-      if (std::abs(line.dot(outward)) <= 0.5 * line.norm()) {
-        edges.insert(e);
-      }
+      if (std::abs(line.dot(outward)) <= 0.5 * line.norm()) edges.insert(e);
     }
   }
   return edges.size();
@@ -330,15 +301,12 @@ void check_contact(const Trial& trial, const PairContact& contact, Faults& fault
   if (patch.clear) {
     faults.expect(contact.type == patch.type, "type", name(contact.type), " for ",
                   name(patch.type));
-    if (contact.type != patch.type) {
-      return;  // what follows would say the same again
-    }
+    if (contact.type != patch.type) return;  // what follows would say the same again
     check_corners(trial, n, patch, places, faults);
     check_polygon(trial, reported, patch, slack, faults);
   }
-  if (!patch.clear || patch.corners.empty()) {  // open, or apart by no more than rounding
+  if (!patch.clear || patch.corners.empty())  // open, or apart by no more than rounding
     polygon = reported;
-  }
   const Real area = patch.clear ? patch.area : polygon.area;
   if (contact.type != ContactType::FaceFace) {
     faults.expect(contact.area == 0, "area", contact.area, " but not face-face");

@@ -24,9 +24,8 @@ double beyond_witness(const ExactPair& exact, int side, const PlaneFrame& frame,
                       const Vector3& witness) {
   const Real sign = side == 0 ? 1 : -1, from = frame.height(exact.place(witness));
   Real most = -std::numeric_limits<Real>::infinity();
-  for (const RealPoint& x : exact.places(side)) {
+  for (const RealPoint& x : exact.places(side))
     most = std::max(most, sign * (frame.height(x) - from));
-  }
   return static_cast<double>(most);
 }
 
@@ -107,9 +106,7 @@ void expect_same(const NearestFeatures& n, const NearestFeatures& m, const char*
                  Faults& faults) {
   faults.expect(n.gap == m.gap && n.status == m.status, after, "gap ", m.gap, " ", name(m.status),
                 ", was ", n.gap, " ", name(n.status));
-  if (n.indeterminate) {
-    return;  // one of the optimal set
-  }
+  if (n.indeterminate) return;  // one of the optimal set
   faults.expect(n.normal == m.normal, after, "another normal, off by ",
                 (n.normal - m.normal).norm());
   faults.expect(n.point_a == m.point_a && n.point_b == m.point_b, after, "other witnesses, off ",
@@ -161,9 +158,7 @@ bool same(const std::vector<ContactPoint>& points, const std::vector<ContactPoin
 void check_reach(const Trial& trial, const PairContact& contact, Faults& faults) {
   const double reach = 1e-3 * trial.smaller;
   const PairContact wider = trial.query.contact(reach);
-  if (!same(wider.points, contact.points)) {
-    check_points(trial, wider, reach, faults);
-  }
+  if (!same(wider.points, contact.points)) check_points(trial, wider, reach, faults);
 }
 
 /// Nearest features and points asked in one: the way there is another, the answer is not.
@@ -196,9 +191,7 @@ std::unique_ptr<Query> asked_again(const SolidPair& pair, Rounding rounding, con
 void expect_near(const Trial& trial, const NearestFeatures& n, const SolidPair& other,
                  const char* after, Faults& faults) {
   const std::unique_ptr<Query> query = asked_again(other, Rounding::Some, after, faults);
-  if (!query) {
-    return;
-  }
+  if (!query) return;
   const NearestFeatures m = query->nearest();
   const double coordinate =
       std::max(largest_world_coordinate(other.a), largest_world_coordinate(other.b));
@@ -214,9 +207,7 @@ void expect_near(const Trial& trial, const NearestFeatures& n, const SolidPair& 
 void expect_alike(const Trial& trial, const PairContact& contact, bool open, const SolidPair& other,
                   const char* after, Faults& faults) {
   const std::unique_ptr<Query> query = asked_again(other, Rounding::None, after, faults);
-  if (!query) {
-    return;
-  }
+  if (!query) return;
   const PairContact m = query->contact();
   const NearestFeatures& n = contact.nearest;
   const double allowed = 2 * trial.allowed_gap(n.gap);
@@ -224,9 +215,7 @@ void expect_alike(const Trial& trial, const PairContact& contact, bool open, con
                 n.gap, ", allowed ", allowed);
   faults.expect(open || n.indeterminate == m.nearest.indeterminate, after, "indeterminate ",
                 m.nearest.indeterminate, ", was ", n.indeterminate);
-  if (n.indeterminate || m.nearest.indeterminate) {
-    return;
-  }
+  if (n.indeterminate || m.nearest.indeterminate) return;
   faults.expect(open || contact.type == m.type, after, name(m.type), ", was ", name(contact.type));
   const double around = 8 * trial.larger * trial.allowed_place(n.gap);
   faults.expect(open || std::abs(contact.area - m.area) <= around, after, "area ", m.area, ", was ",
@@ -252,9 +241,7 @@ bool scales_exactly(const Solid& solid) {
 void check_scaled(const Trial& trial, const NearestFeatures& n, Random& random, Faults& faults) {
   const bool tiny = trial.smaller < 1e-9;  // smaller still, it would leave the promised range
   const double scale = std::ldexp(1.0, random.integer(tiny ? 0 : -30, 30));
-  if (!scales_exactly(trial.pair.a) || !scales_exactly(trial.pair.b)) {
-    return;
-  }
+  if (!scales_exactly(trial.pair.a) || !scales_exactly(trial.pair.b)) return;
   const SolidPair other{"", scaled(trial.pair.a, scale), scaled(trial.pair.b, scale)};
   if (const std::unique_ptr<Query> query = asked_again(other, Rounding::None, "scaled", faults)) {
     NearestFeatures m = query->nearest();
@@ -277,9 +264,7 @@ void check_elsewhere(const Trial& trial, const NearestFeatures& n, Random& rando
     Vector3& t = solid->placed.placement.translation;
     const Vector3 before = t;
     t += shift;
-    if (t - shift != before) {
-      return;
-    }
+    if (t - shift != before) return;
   }
   if (const std::unique_ptr<Query> query =
           asked_again(other, Rounding::None, "elsewhere", faults)) {
@@ -310,9 +295,8 @@ void check_other_ways(const Trial& trial, const PairContact& contact, Random& ra
   const int axis = random.integer(0, 2);
   expect_alike(trial, contact, open, {pair.family, mirrored(pair.a, axis), mirrored(pair.b, axis)},
                "mirrored", faults);
-  if (!stands_in_own_frame(pair.a) && !stands_in_own_frame(pair.b)) {
+  if (!stands_in_own_frame(pair.a) && !stands_in_own_frame(pair.b))
     check_elsewhere(trial, n, random, faults);
-  }
 }
 
 /// `random`: nullptr where the answer alone is judged.
@@ -340,9 +324,7 @@ PairVerdict judged(const SolidPair& pair, Random* random) {
     faults.expect(n.iterations >= 0 && n.iterations <= 256, "iterations", n.iterations);
     check_contact(*trial, verdict.contact, faults);
     check_reach(*trial, verdict.contact, faults);
-    if (random != nullptr) {
-      check_other_ways(*trial, verdict.contact, *random, faults);
-    }
+    if (random != nullptr) check_other_ways(*trial, verdict.contact, *random, faults);
   }
   verdict.faults = std::move(faults.list);
   return verdict;

@@ -26,11 +26,10 @@ NearestFeatures Query::nearest_swapped() const {
 
 geometry::PairContact Query::contact(double reach) const {
   geometry::PairContact contact;
-  if (own_frames_) {
+  if (own_frames_)
     update_pair_contact(shape_a_, shape_b_, {.reach = reach}, contact);
-  } else {
+  else
     update_pair_contact(a(), b(), {.reach = reach}, contact);
-  }
   return contact;
 }
 
@@ -54,9 +53,8 @@ void check_taken(const SolidPair& pair, Faults& faults) {
 
 void check_refused(const SolidPair& pair, const std::string& message, Faults& faults) {
   bool right = false;
-  for (const Solid* solid : {&pair.a, &pair.b}) {
+  for (const Solid* solid : {&pair.a, &pair.b})
     right = right || !in_range(*solid) || thickness(*solid) <= stated_thickness(*solid);
-  }
   faults.expect(right, "refused", message, " (A is ", thickness(pair.a), " m thick, B ",
                 thickness(pair.b), " m)");
 }

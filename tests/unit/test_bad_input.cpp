@@ -19,9 +19,7 @@ using Faces = std::vector<std::vector<int>>;
 
 Points cube() {
   Points points(3, 8);
-  for (int i = 0; i < 8; ++i) {
-    points.col(i) = Vector3(i & 1, i >> 1 & 1, i >> 2 & 1);
-  }
+  for (int i = 0; i < 8; ++i) points.col(i) = Vector3(i & 1, i >> 1 & 1, i >> 2 & 1);
   return points;
 }
 
@@ -51,9 +49,7 @@ std::string hull_complaint(const Points& points) {
 TEST_CASE("bad input: what is good is accepted") {
   CHECK(make_shape(cube(), kCubeFaces).topology().face_count() == 6);
   Faces inverted = kCubeFaces;  // throughout: either orientation will do
-  for (std::vector<int>& face : inverted) {
-    std::reverse(face.begin(), face.end());
-  }
+  for (std::vector<int>& face : inverted) std::reverse(face.begin(), face.end());
   CHECK(make_shape(cube(), inverted).topology().face_count() == 6);
   CHECK(make_hull(cube()).polyhedron.topology().edge_count() == 12);
 }
@@ -134,9 +130,7 @@ TEST_CASE("bad input: two closed surfaces are not one solid") {
   points << cube(), cube().colwise() + Vector3(3, 0, 0);
   Faces faces = kCubeFaces;
   for (std::vector<int> face : kCubeFaces) {
-    for (int& v : face) {
-      v += 8;
-    }
+    for (int& v : face) v += 8;
     faces.push_back(face);
   }
   CHECK_THROWS_AS(make_shape(points, faces), InputError);
@@ -151,9 +145,8 @@ TEST_CASE("bad input: faces off their plane, dents") {
   dented << cube(), Vector3(0.5, 0.5, 0.7);
   Faces faces = kCubeFaces;
   faces.erase(faces.begin() + 1);
-  for (const std::vector<int>& triangle : Faces{{4, 5, 8}, {5, 7, 8}, {7, 6, 8}, {6, 4, 8}}) {
+  for (const std::vector<int>& triangle : Faces{{4, 5, 8}, {5, 7, 8}, {7, 6, 8}, {6, 4, 8}})
     faces.push_back(triangle);
-  }
   CHECK_THAT(shape_complaint(dented, faces), ContainsSubstring("convex"));
   dented.col(8).z() = 1.5;  // pushed out it is fine
   CHECK(make_shape(dented, faces).topology().face_count() == 9);
@@ -202,15 +195,12 @@ TEST_CASE("bad input: prisms of no height, and over polygons that are none") {
 TEST_CASE("bad input: a million points end in a hull or in a message, soon") {
   quoin::tests::Random random(1);
   Points cloud(3, 1000000);
-  for (Eigen::Index i = 0; i < cloud.cols(); ++i) {
-    cloud.col(i) = random.point(-1, 1);
-  }
+  for (Eigen::Index i = 0; i < cloud.cols(); ++i) cloud.col(i) = random.point(-1, 1);
   const std::string text = hull_complaint(cloud);
-  if (text == "nothing was refused") {
+  if (text == "nothing was refused")
     CHECK(make_hull(cube()).polyhedron.topology().vertex_count() == 8);
-  } else {
+  else
     CHECK_THAT(text, ContainsSubstring("at most"));
-  }
 }
 
 TEST_CASE("bad input: a box is refused where a hull of its corners is") {
@@ -218,9 +208,8 @@ TEST_CASE("bad input: a box is refused where a hull of its corners is") {
     for (const double far : {0.0, 1e6}) {
       const Vector3 min(far, 0, 0), max(far + 1, 1, thickness);
       Points corners(3, 8);
-      for (int v = 0; v < 8; ++v) {
+      for (int v = 0; v < 8; ++v)
         for (int k = 0; k < 3; ++k) corners(k, v) = (v >> k & 1 ? max : min)[k];
-      }
       CHECK(complaint([&] { make_box(min, max); }) == hull_complaint(corners));
     }
   }

@@ -23,9 +23,8 @@ struct Bits : quoin::tests::Bits {
   using quoin::tests::Bits::add;
   void add(const ContactPoint& point) {
     for (const int value : {point.key.a, point.key.b, static_cast<int>(point.type),
-                            static_cast<int>(point.indeterminate), point.previous}) {
+                            static_cast<int>(point.indeterminate), point.previous})
       add(value);
-    }
     add(point.key.feature_a);
     add(point.key.feature_b);
     add(point.point_a);

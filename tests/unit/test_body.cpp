@@ -66,9 +66,8 @@ Shape cut_cube(tests::Random& random) {
 /// How far a body reaches along a direction, m.
 double reach(const Body& body, const Vector3& direction) {
   double most = -HUGE_VAL;
-  for (int v = 0; v < body.shape().vertex_count(); ++v) {
+  for (int v = 0; v < body.shape().vertex_count(); ++v)
     most = std::max(most, direction.dot(body.vertex(v)));
-  }
   return most;
 }
 

@@ -45,9 +45,8 @@ TEST_CASE("a brick's vertices are known by their places") {
   const Vector3 base = box.vertex(vertices[0]);
   for (std::size_t place = 0; place < 8; ++place) {
     Vector3 expected = base;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       if ((place >> k & 1) != 0) expected += box.vertex(vertices[std::size_t{1} << k]) - base;
-    }
     CHECK(box.vertex(vertices[place]) == expected);
   }
   const geometry::Points triangle =
@@ -91,9 +90,8 @@ TEST_CASE("bricks with several directions of least overlap, and others, are left
   CHECK(unclear(box, geometry::make_box({0.25, 0.25, 0.25}, {0.75, 0.75, 0.75})));
   CHECK(unclear(box, geometry::make_box({1, 0, 0}, {2, 1, 1})));  // touching
   geometry::Points frustum = box.vertices();
-  for (int v = 0; v < 8; ++v) {
+  for (int v = 0; v < 8; ++v)
     if (frustum(2, v) > 0.5) frustum.col(v).head<2>() *= 0.5;
-  }
   tests::Random random(6);
   const Shape tapered(box.shared_topology(), frustum);
   REQUIRE_FALSE(tapered.topology().brick().empty());

@@ -21,9 +21,8 @@ std::vector<BlockPair> all_pairs(const std::vector<Box>& boxes, double reach,
   for (std::size_t a = 0; a < boxes.size(); ++a) {
     for (std::size_t b = a + 1; b < boxes.size(); ++b) {
       const bool both_idle = !idle.empty() && idle[a] != 0 && idle[b] != 0;
-      if (!both_idle && near(boxes[a], boxes[b], reach)) {
+      if (!both_idle && near(boxes[a], boxes[b], reach))
         pairs.push_back({static_cast<int>(a), static_cast<int>(b)});
-      }
     }
   }
   return pairs;
@@ -59,9 +58,7 @@ TEST_CASE("broad phase: the pairs are those of trying all, whatever happened bef
           box.max += move;
         }
       }
-      for (char& flag : idle) {
-        flag = random.chance(0.3) ? 1 : 0;
-      }
+      for (char& flag : idle) flag = random.chance(0.3) ? 1 : 0;
       const std::vector<BlockPair> expected = all_pairs(boxes, reach, idle);
       REQUIRE(kept.find_candidates(boxes, reach, idle) == expected);
       BroadPhase fresh;
@@ -74,9 +71,8 @@ TEST_CASE("broad phase: steady motion, jumps and resizing") {
   Random random(5);
   std::vector<Box> boxes = random_boxes(random, 120, 8.0);
   std::vector<Vector3> velocity;
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
+  for (std::size_t i = 0; i < boxes.size(); ++i)
     velocity.push_back(random.log_uniform(1e-3, 0.3) * random.direction());
-  }
   BroadPhase kept;
   for (int step = 0; step < 150; ++step) {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -94,9 +90,8 @@ TEST_CASE("broad phase: steady motion, jumps and resizing") {
 TEST_CASE("broad phase: exactly at reach counts, the next number beyond does not") {
   for (const int count : {2, 40}) {
     std::vector<Box> boxes;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i)
       boxes.push_back({Vector3(0, 0, 4.0 * i), Vector3(1, 1, 4.0 * i + 1)});
-    }
     BroadPhase phase;
     CHECK(phase.find_candidates(boxes, 3.0).size() == static_cast<std::size_t>(count - 1));
     CHECK(phase.find_candidates(boxes, std::nextafter(3.0, 0.0)).empty());
@@ -112,9 +107,8 @@ TEST_CASE("broad phase: far from the origin nothing is lost") {
     box.max += Vector3(1e8, -1e8, 5e7);
   }
   BroadPhase phase;
-  for (const double reach : {0.0, 1e-9, 1e-3}) {
+  for (const double reach : {0.0, 1e-9, 1e-3})
     CHECK(phase.find_candidates(boxes, reach) == all_pairs(boxes, reach, {}));
-  }
 }
 
 TEST_CASE("broad phase: a box that is not finite meets nothing and spoils nothing") {
@@ -199,13 +193,11 @@ TEST_CASE("broad phase: boxes one at a time, that come, go, move, rest and jump"
 TEST_CASE("broad phase: boxes that single precision cannot hold lose no pair") {
   for (const double size : {1e-60, 1e-42, 1e35, 1e60}) {
     std::vector<Box> boxes;
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 40; ++i)
       boxes.push_back({size * Vector3(i, 0, 0), size * Vector3(i + 1, 1, 1)});
-    }
     BroadPhase phase;
-    for (int step = 0; step < 3; ++step) {
+    for (int step = 0; step < 3; ++step)
       CHECK(phase.find_candidates(boxes, 0.0) == all_pairs(boxes, 0.0, {}));
-    }
     CHECK(phase.find_candidates(boxes, 1e300).size() == 40 * 39 / 2);
   }
 }

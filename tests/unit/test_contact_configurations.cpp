@@ -59,9 +59,7 @@ int count_edge_edge(const PairContact& contact) {
 
 double area_of_points(const PairContact& contact) {
   double sum = 0.0;
-  for (const ContactPoint& point : contact.points) {
-    sum += point.area;
-  }
+  for (const ContactPoint& point : contact.points) sum += point.area;
   return sum;
 }
 
@@ -223,9 +221,8 @@ TEST_CASE("configurations: crossed beams touch without a vertex in a face") {
                   CHECK(contact.points.size() == 4);
                   CHECK(count_edge_edge(contact) == 4);
                   CHECK_THAT(contact.area, WithinAbs(1.0, 1e-12));
-                  for (const ContactPoint& point : contact.points) {
+                  for (const ContactPoint& point : contact.points)
                     CHECK_THAT(point.area, WithinAbs(0.25, 1e-12));
-                  }
                 });
 }
 
@@ -248,10 +245,9 @@ TEST_CASE("configurations: bricks one on another, edges over edges and in runnin
                   });
   }
   const PairContact bond = contact_of(lower, make_box({0.2, 0, 0.2}, Vector3(0.6, 0.2, 0.4)));
-  for (const Vector3& corner : {Vector3(0.2, 0, 0.2), Vector3(0.4, 0, 0.2), Vector3(0.2, 0.2, 0.2),
-                                Vector3(0.4, 0.2, 0.2)}) {
+  for (const Vector3& corner :
+       {Vector3(0.2, 0, 0.2), Vector3(0.4, 0, 0.2), Vector3(0.2, 0.2, 0.2), Vector3(0.4, 0.2, 0.2)})
     CHECK(has_point(bond, corner));
-  }
 }
 
 TEST_CASE("configurations: sides that coincide but for rounding cross in no point") {
@@ -261,10 +257,9 @@ TEST_CASE("configurations: sides that coincide but for rounding cross in no poin
   const auto rounded = [&](const Vector3& min) {
     Shape shape = make_box(min, min + brick);
     Points vertices(3, shape.topology().vertex_count());
-    for (int v = 0; v < shape.topology().vertex_count(); ++v) {
+    for (int v = 0; v < shape.topology().vertex_count(); ++v)
       vertices.col(v) =
           shape.vertex(v) + Vector3(random.uniform(-off, off), random.uniform(-off, off), 0.0);
-    }
     shape.set_vertices(vertices);
     return shape;
   };
@@ -273,9 +268,8 @@ TEST_CASE("configurations: sides that coincide but for rounding cross in no poin
       const Shape lower = rounded(Vector3::Zero()), upper = rounded({along, 0.0, 0.2});
       const PairContact contact = contact_of(lower, upper);
       CHECK(contact.points.size() == 4);
-      for (const double x : {along, 0.4}) {
+      for (const double x : {along, 0.4})
         for (const double y : {0.0, 0.2}) CHECK(has_point(contact, {x, y, 0.2}));
-      }
       CHECK_THAT(area_of_points(contact), WithinAbs(contact.area, 1e-15));
     }
   }
@@ -286,9 +280,8 @@ TEST_CASE("configurations: parallel edges that rounding parts have two points") 
   const double off = 1e-12, beside = 4.5e-10, tolerance = 1e-9;
   const auto rounded = [&](const Vector3& min, const Vector3& max) {
     Points vertices = make_box(min, max).vertices();
-    for (int v = 0; v < 8; ++v) {
+    for (int v = 0; v < 8; ++v)
       for (int i = 0; i < 3; ++i) vertices(i, v) += random.uniform(-off, off);
-    }
     return make_hull(vertices).polyhedron;
   };
   int parallel = 0;
@@ -403,22 +396,19 @@ TEST_CASE("configurations: a tilted brick turns from face to edge to vertex exac
       const PairContact edge =
           contact_of(a, shifted(about_y, {0, 0, 1e-3}), {.tolerance = tolerance, .reach = 0.01});
       CAPTURE(angle, tolerance);
-      if (std::abs(angle / tolerance - 1) > 0.01) {
+      if (std::abs(angle / tolerance - 1) > 0.01)
         CHECK(edge.type == (within ? ContactType::FaceFace : ContactType::EdgeFace));
-      }
       CHECK_THAT(edge.nearest.gap, WithinAbs(1e-3, 1e-15));
       CHECK(edge.points.size() == 4);  // all within reach, tilted or not
-      for (const ContactPoint& point : edge.points) {
+      for (const ContactPoint& point : edge.points)
         CHECK_THAT(point.gap, WithinAbs(1e-3 + std::tan(angle) * point.point_b.x(), 1e-12));
-      }
       const Vector3 diagonal = Vector3(1, -1, 0).normalized();  // lifts three of the corners
       const PairContact vertex = contact_of(a, shifted(turned(b, diagonal, -angle), {0, 0, 1e-3}),
                                             {.tolerance = tolerance, .reach = 0.01});
-      if (angle > 2 * tolerance) {
+      if (angle > 2 * tolerance)
         CHECK(vertex.type == ContactType::VertexFace);
-      } else if (angle < 0.5 * tolerance) {
+      else if (angle < 0.5 * tolerance)
         CHECK(vertex.type == ContactType::FaceFace);
-      }
       CHECK(vertex.points.size() == 4);
     }
   }
@@ -427,9 +417,7 @@ TEST_CASE("configurations: a tilted brick turns from face to edge to vertex exac
 TEST_CASE("configurations: crossing ridges become parallel when their ends are within tol") {
   for (double angle = 1e-3; angle > 0.5e-12; angle *= 0.1) {
     for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
-      if (std::abs(2 * angle / tolerance - 1) < 0.5) {
-        continue;
-      }
+      if (std::abs(2 * angle / tolerance - 1) < 0.5) continue;
       const Shape upper = shifted(turned(ridge_down(1.0), Vector3::UnitZ(), angle), {0, 0, 0.01});
       const PairContact contact = contact_of(ridge(1.0), upper, {.tolerance = tolerance});
       CAPTURE(angle, tolerance);
@@ -463,9 +451,7 @@ TEST_CASE("configurations: points are as complete before contact as after") {
     REQUIRE(contact.points.size() == 4);
     CHECK(count_edge_edge(contact) == 2);
     CHECK_THAT(contact.area, WithinAbs(0.56, 1e-13));
-    for (const ContactPoint& point : contact.points) {
-      CHECK_THAT(point.gap, WithinAbs(gap, 1e-15));
-    }
+    for (const ContactPoint& point : contact.points) CHECK_THAT(point.gap, WithinAbs(gap, 1e-15));
   }
 }
 
@@ -596,9 +582,8 @@ TEST_CASE("configurations: faces bumped by less than tol have the same points in
     std::size_t count = 0;
     for (int order = 0; order < 12; ++order) {
       Points p = lower, q = upper;
-      for (Points* points : {&p, &q}) {
+      for (Points* points : {&p, &q})
         for (int k = 7; k > 0; --k) points->col(k).swap(points->col(random.integer(0, k)));
-      }
       const PairContact contact =
           contact_of(make_hull(p).polyhedron, make_hull(q).polyhedron, {.tolerance = 1e-3});
       if (order == 0) count = contact.points.size();

@@ -53,9 +53,8 @@ class VertexFinder {
   explicit VertexFinder(const FinderOptions& options) : finder_(options) {}
 
   FindCounts find(const std::vector<Shape>& blocks, std::vector<ContactPoint>& contacts) {
-    for (; shapes_.size() > blocks.size(); shapes_.pop_back()) {
+    for (; shapes_.size() > blocks.size(); shapes_.pop_back())
       finder_.remove(static_cast<int>(shapes_.size()) - 1);
-    }
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       if (i < shapes_.size() && is(*shapes_[i], blocks[i])) continue;
       auto shape = std::make_shared<const Shape>(blocks[i]);
@@ -158,12 +157,10 @@ TEST_CASE("finder: pairs of blocks that stand still are not searched again, and 
     least = std::min(least, counts.searched);
     const double share = step % 7 == 0 ? 0.3 : step % 7 == 1 ? 0.01 : 0.0;
     for (Shape& block : blocks) {
-      if (random.chance(share)) {
+      if (random.chance(share))
         block.set_vertices(block.vertices().colwise() + Vector3(1e-4 * random.direction()));
-      }
-      if (random.chance(0.1 * share)) {  // the same place, other faces: triangles
+      if (random.chance(0.1 * share))  // the same place, other faces: triangles
         block = quoin::geometry::make_hull(block.vertices()).polyhedron;
-      }
     }
   }
   CHECK(least == 0);
@@ -179,9 +176,7 @@ TEST_CASE("finder: the same contacts for any order of the blocks, but for their 
               order[static_cast<std::size_t>(random.integer(0, i))]);
   }
   std::vector<Shape> shuffled;
-  for (int i : order) {
-    shuffled.push_back(blocks[static_cast<std::size_t>(i)]);
-  }
+  for (int i : order) shuffled.push_back(blocks[static_cast<std::size_t>(i)]);
   std::vector<ContactPoint> renamed = found(shuffled, 1e-3);
   for (ContactPoint& contact : renamed) {
     contact.key.a = order[static_cast<std::size_t>(contact.key.a)];
@@ -197,9 +192,8 @@ TEST_CASE("finder: the same contacts for any order of the blocks, but for their 
             [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
   const std::vector<ContactPoint> contacts = found(blocks, 1e-3);
   REQUIRE(renamed.size() == contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
+  for (std::size_t i = 0; i < contacts.size(); ++i)
     REQUIRE(same_but_previous(contacts[i], renamed[i]));
-  }
 }
 
 TEST_CASE("finder: keys stay for the life of a contact") {
@@ -255,17 +249,14 @@ TEST_CASE("finder: two idle blocks are never tested") {
   const std::vector<Shape> blocks = wall(5, 5, 0.0, random);
   ContactFinder finder({.reach = 1e-3});
   std::vector<ContactPoint> contacts;
-  for (const Shape& block : blocks) {
+  for (const Shape& block : blocks)
     finder.add(std::make_shared<const Shape>(block), {}, {.motion = BodyMotion::Idle});
-  }
   finder.find(contacts);
   CHECK(contacts.empty());
   finder.set_options(12, {});
   finder.find(contacts);
   CHECK(!contacts.empty());
-  for (const ContactPoint& contact : contacts) {
-    CHECK((contact.key.a == 12 || contact.key.b == 12));
-  }
+  for (const ContactPoint& contact : contacts) CHECK((contact.key.a == 12 || contact.key.b == 12));
 }
 
 TEST_CASE("finder: blocks come, go and change their shape between calls") {
@@ -293,14 +284,12 @@ TEST_CASE("finder: once warm it allocates nothing") {
   for (const int threads : {1, 2}) {
     Random random(14);
     ContactFinder finder({.reach = 1e-2, .threads = threads});
-    for (const Shape& block : wall(12, 12, 1e-4, random)) {
+    for (const Shape& block : wall(12, 12, 1e-4, random))
       finder.add(std::make_shared<const Shape>(block));
-    }
     std::vector<ContactPoint> contacts;
     const auto shake_and_find = [&](double jitter) {
-      for (int i = 0; i < finder.size(); ++i) {
+      for (int i = 0; i < finder.size(); ++i)
         finder.move(i, {.translation = jitter * random.point(-1, 1)});
-      }
       finder.find(contacts);
     };
     for (int step = 0; step < 5; ++step) shake_and_find(2e-4);
@@ -397,9 +386,8 @@ TEST_CASE("finder: a call that runs out of memory leaves nothing behind that is 
   const auto brick = std::make_shared<const Shape>(make_box(Vector3::Zero(), kBrick));
   const auto make_finder = [&] {
     ContactFinder finder({.reach = 1e-3});
-    for (int i = 0; i < 36; ++i) {
+    for (int i = 0; i < 36; ++i)
       finder.add(brick, {.translation = Vector3(0.4 * (i % 6), 0.0, 0.2 * (i / 6))});
-    }
     return finder;
   };
   std::vector<ContactPoint> expected, contacts;

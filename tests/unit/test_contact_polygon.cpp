@@ -28,9 +28,8 @@ Shape prism(tests::Random& random, int corners, const Vector3& centre, double lo
 
 int face_towards(const Shape& solid, double sign) {
   int best = 0;
-  for (int f = 1; f < solid.topology().face_count(); ++f) {
+  for (int f = 1; f < solid.topology().face_count(); ++f)
     if (sign * solid.face_normal(f).z() > sign * solid.face_normal(best).z()) best = f;
-  }
   return best;
 }
 
@@ -68,9 +67,8 @@ std::vector<Vector3> shared_by_all_pairs(const std::vector<Vector3>& p,
   const auto add_covered = [&](const std::vector<Vector3>& of, const std::vector<Vector3>& by) {
     for (const Vector3& c : of) {
       bool inside = true;
-      for (std::size_t k = 0; k < by.size(); ++k) {
+      for (std::size_t k = 0; k < by.size(); ++k)
         inside = inside && turn(by[k], by[(k + 1) % by.size()], c) > 0.0;
-      }
       if (inside) shared.push_back(c);
     }
   };

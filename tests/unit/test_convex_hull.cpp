@@ -27,9 +27,8 @@ void check_hull(const Points& points) {
   }
   std::sort(sides.begin(), sides.end());
   CHECK(std::adjacent_find(sides.begin(), sides.end()) == sides.end());
-  for (const std::array<int, 2>& side : sides) {
+  for (const std::array<int, 2>& side : sides)
     CHECK(std::binary_search(sides.begin(), sides.end(), std::array<int, 2>{side[1], side[0]}));
-  }
 }
 
 }  // namespace

@@ -38,9 +38,8 @@ MeshBlock squares(const Corners& sections, bool ring) {
   MeshBlock mesh{.id = "squares", .vertices = geometry::Points(3, 4 * n), .faces = {}};
   for (int s = 0; s < n; ++s) {
     const auto& [half, z] = sections[static_cast<std::size_t>(s)];
-    for (int c = 0; c < 4; ++c) {
+    for (int c = 0; c < 4; ++c)
       mesh.vertices.col(4 * s + c) << (c == 0 || c == 3 ? -half : half), (c < 2 ? -half : half), z;
-    }
     const int next = (s + 1) % n;
     for (int c = 0; c < 4 && (ring || next > 0); ++c) {
       const int d = (c + 1) % 4;
@@ -96,11 +95,9 @@ TEST_CASE("Parts meet on the same places") {
   int shared = 0;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     for (std::size_t q = 0; q < p; ++q) {
-      for (int v = 0; v < parts[p].vertex_count(); ++v) {
-        for (int w = 0; w < parts[q].vertex_count(); ++w) {
+      for (int v = 0; v < parts[p].vertex_count(); ++v)
+        for (int w = 0; w < parts[q].vertex_count(); ++w)
           shared += parts[p].vertex(v) == parts[q].vertex(w);
-        }
-      }
     }
   }
   CHECK(shared == 4);  // each wall stands on the inner edge of the base with two corners

@@ -102,10 +102,9 @@ TEST_CASE("number, only_in, disc and excavation") {
   CHECK_THROWS_AS(cut_body({{"body", column}, {"cuts", {tunnel, typo}}}, ""),
                   quoin::scene_file::SceneError);
   CHECK_THAT(volume(body), WithinRel(72, 1e-12));
-  for (const CutCell& cell : body.cells) {
+  for (const CutCell& cell : body.cells)
     if (cell.region == "tunnel")
       CHECK_THAT(mass_properties(cell.shape).volume, WithinRel(8, 1e-12));
-  }
 }
 
 TEST_CASE("volumes sum to the body's, neighbours lie on each other, seeds repeat") {
@@ -132,9 +131,8 @@ TEST_CASE("volumes sum to the body's, neighbours lie on each other, seeds repeat
     CHECK_THAT(volume(body), WithinRel(size.prod(), 1e-12 + 40 * rounding));
     const CutBody again = cut_body(cut, "/cut");
     REQUIRE(again.cells.size() == body.cells.size());
-    for (std::size_t c = 0; c < body.cells.size(); ++c) {
+    for (std::size_t c = 0; c < body.cells.size(); ++c)
       CHECK(again.cells[c].shape.vertices() == body.cells[c].shape.vertices());
-    }
     if (body.cells.size() < 2) continue;
     const auto nearest =
         quoin::geometry::nearest_features(body.cells[0].shape, body.cells[1].shape);

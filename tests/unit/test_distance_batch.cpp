@@ -23,19 +23,16 @@ using quoin::tests::rotation_about;
 std::vector<std::uint64_t> bits_of(const NearestFeatures& answer) {
   quoin::tests::Bits bits;
   for (const double value : {answer.gap, answer.residual_a, answer.residual_b}) bits.add(value);
-  for (const Vector3& v : {answer.normal, answer.point_a, answer.point_b, answer.hint.normal}) {
+  for (const Vector3& v : {answer.normal, answer.point_a, answer.point_b, answer.hint.normal})
     bits.add(v);
-  }
   bits.add(answer.feature_a);
   bits.add(answer.feature_b);
-  for (const auto& vertices : {answer.hint.vertices_a, answer.hint.vertices_b}) {
+  for (const auto& vertices : {answer.hint.vertices_a, answer.hint.vertices_b})
     for (const int v : vertices) bits.add(v);
-  }
   for (const int value :
        {static_cast<int>(answer.status), static_cast<int>(answer.rule), answer.iterations,
-        static_cast<int>(answer.indeterminate), answer.hint.face_a, answer.hint.face_b}) {
+        static_cast<int>(answer.indeterminate), answer.hint.face_a, answer.hint.face_b})
     bits.add(value);
-  }
   return bits.all;
 }
 
@@ -257,9 +254,8 @@ TEST_CASE("distance batch: any body of a long row that is none is refused") {
   std::vector<BlockPair> pairs;
   for (int i = 0; i < kBodies; ++i)
     bodies.emplace_back(box, Placement{.translation = {2.0 * i, 0, 0}});
-  for (int i = 0; i + 2049 < kBodies; ++i) {
+  for (int i = 0; i + 2049 < kBodies; ++i)
     for (const int step : {1, 2048, 2049}) pairs.push_back({i, i + step});
-  }
   std::vector<NearestFeatures> answers(pairs.size());
   update_nearest_features(bodies, pairs, answers);
   for (const std::size_t i : {0, 1, 2047, 2048, 2049, 4097, 4999}) {

@@ -30,9 +30,8 @@ Points moved(const Points& points, const Matrix3& rotation, const Vector3& shift
 
 Points hull_points(Random& random, int count, const Vector3& centre) {
   Points points(3, count);
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count; ++i)
     points.col(i) = centre + random.uniform(0.5, 1.0) * random.direction();
-  }
   return points;
 }
 
@@ -58,9 +57,8 @@ double gap_by_descent(Random& random, const Points& a, const Points& b) {
 
 double gap_by_trial(Random& random, const Points& a, const Points& b) {
   double best = gap_by_descent(random, a, b);
-  for (int again = 0; again < 4; ++again) {  // the depth may have several local optima
+  for (int again = 0; again < 4; ++again)  // the depth may have several local optima
     best = std::max(best, gap_by_descent(random, a, b));
-  }
   return best;
 }
 

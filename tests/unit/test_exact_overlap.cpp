@@ -215,9 +215,8 @@ TEST_CASE("exact overlap: against the arbiter") {
     check(pair, 8.0);
     check({"", pair.a, moved(pair.b, random.log_uniform(1e-17, 1e-13) * random.direction())}, 8.0);
   }
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < 10; ++k)
     check({"", round_hull(random, 60), moved(round_hull(random, 60), random.point(-1, 1))}, 8.0);
-  }
   check({"", studded_cube(12), moved(studded_cube(12), {0.25, 0.125, 0.5})}, 8.0);
   CHECK(pairs > 1000);
   CHECK(touching > 300);

@@ -34,9 +34,7 @@ std::vector<std::string> kinds_after(const quoin::tests::SolidPair& pair,
   Faults faults;
   check_contact(trial, contact, faults);
   std::vector<std::string> kinds;
-  for (const Fault& fault : faults.list) {
-    kinds.push_back(fault.kind);
-  }
+  for (const Fault& fault : faults.list) kinds.push_back(fault.kind);
   return kinds;
 }
 
@@ -142,9 +140,8 @@ TEST_CASE("exact patch: a corner beside the end of a side that tol cuts through 
   const double tolerance = 1e-9, fall = 4 * tolerance;
   // The top falls towards one corner of the square: tol leaves the triangle of the other three.
   Points falling = box({0, 0, -1}, {1, 1, 0});
-  for (int v = 0; v < 8; ++v) {
+  for (int v = 0; v < 8; ++v)
     if (falling(0, v) == 1 && falling(1, v) == 1) falling(2, v) -= fall;
-  }
   const Points above = box({-1, 3e-9, 0}, {2, 2, 1});
   const auto cut_corners = [&](const Points& below) {
     const ExactPair pair({below, {}}, {above, {}});
@@ -179,9 +176,7 @@ TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not
   for (const double off : {1e-12, 1e-6}) {
     CHECK(finds(off < 1e-9 ? "least gap off by less than tol" : "least gap missing",
                 [off](PairContact& c) {
-                  for (ContactPoint& point : c.points) {
-                    point.gap += off;
-                  }
+                  for (ContactPoint& point : c.points) point.gap += off;
                 }));
   }
   CHECK(finds("point out of reach", [](PairContact& c) { c.points[0].gap = 1e-6; }));
@@ -200,9 +195,7 @@ TEST_CASE("judge of contact points: half a segment is none") {
   const auto halve = [](PairContact& c) {
     REQUIRE(c.polygon.size() == 2);
     const Vector3 middle = 0.5 * (c.polygon[0] + c.polygon[1]);
-    for (Vector3& end : c.polygon) {
-      end = 0.5 * (end + middle);
-    }
+    for (Vector3& end : c.polygon) end = 0.5 * (end + middle);
   };
   // A ridge of 1 m below one of 2 m, and below a plate.
   Points ridge(3, 6), hung(3, 6);

@@ -73,9 +73,8 @@ void check_against_before(const ContactFinder& finder, const std::vector<Contact
                           const std::vector<PairResult>& results_before,
                           const std::vector<ContactPoint>& before) {
   std::map<std::pair<int, int>, PairResult> old;
-  for (const PairResult& result : results_before) {
+  for (const PairResult& result : results_before)
     if (result.event != PairEvent::End) old[{result.a, result.b}] = result;
-  }
   int point = 0;
   std::pair<int, int> last(-1, -1);
   for (const PairResult& result : finder.pairs()) {
@@ -150,9 +149,8 @@ TEST_CASE("bodies: placed and deformed ones touch as their vertices in the world
     const SharedShape& shape = random.chance(0.2) ? tip : brick;
     const Placement placement{turn * strain, turn * place.translation + Vector3(3, -8, 5)};
     Points vertices(3, shape->vertex_count());
-    for (int v = 0; v < shape->vertex_count(); ++v) {
+    for (int v = 0; v < shape->vertex_count(); ++v)
       vertices.col(v) = placement.translation + placement.linear * shape->vertex(v);
-    }
     blocks.push_back(*shape);
     blocks.back().set_vertices(vertices);
     finder.add(shape, placement);
@@ -270,9 +268,7 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
       }
     }
     const int more = step == 40 ? 100 : step % 4 == 3 ? 3 : 0;
-    for (int k = 0; k < more; ++k) {
-      add(places[static_cast<std::size_t>(random.integer(0, 143))]);
-    }
+    for (int k = 0; k < more; ++k) add(places[static_cast<std::size_t>(random.integer(0, 143))]);
     finder.find(contacts);
     two.find(with_two);
     REQUIRE(sorted(contacts));
@@ -296,9 +292,8 @@ TEST_CASE("bodies: masks, the caller's filter and idle bodies leave pairs out") 
   const auto touching = [&] {
     finder.find(contacts);
     std::vector<std::array<int, 2>> pairs;
-    for (const PairResult& pair : finder.pairs()) {
+    for (const PairResult& pair : finder.pairs())
       if (pair.event != PairEvent::End) pairs.push_back({pair.a, pair.b});
-    }
     return pairs;
   };
   using Pairs = std::vector<std::array<int, 2>>;
@@ -509,9 +504,8 @@ TEST_CASE("bodies: the caller's threads, in whatever order they run") {
     other.find(theirs);
     REQUIRE(contacts.size() > 1000);
     REQUIRE(same_but_previous(contacts, theirs));
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
+    for (std::size_t i = 0; i < contacts.size(); ++i)
       REQUIRE(contacts[i].previous == theirs[i].previous);
-    }
     for (int i = 0; i < one.size(); ++i) {
       if (!random.chance(step == 2 ? 0.1 : 1.0)) continue;
       places[static_cast<std::size_t>(i)].translation += 1e-4 * random.direction();
@@ -547,9 +541,8 @@ TEST_CASE("bodies: the results of many pairs, put in their place by two workers"
       REQUIRE(std::tie(x.a, x.b, x.event, x.first, x.count, x.gap) ==
               std::tie(y.a, y.b, y.event, y.first, y.count, y.gap));
     }
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
+    for (std::size_t i = 0; i < contacts.size(); ++i)
       REQUIRE(contacts[i].previous == theirs[i].previous);
-    }
     for (int i = 0; step < 2 && i < one.size(); ++i) {
       places[static_cast<std::size_t>(i)].translation += 1e-6 * random.direction();
       one.move(i, places[static_cast<std::size_t>(i)]);
@@ -577,9 +570,8 @@ TEST_CASE("bodies: pairs that begin, end, come and go, by any number of workers"
       one.find(contacts);
       other.find(theirs);
       REQUIRE(same_but_previous(contacts, theirs));
-      for (std::size_t i = 0; i < contacts.size(); ++i) {
+      for (std::size_t i = 0; i < contacts.size(); ++i)
         REQUIRE(contacts[i].previous == theirs[i].previous);
-      }
       check_against_before(other, theirs, results_before, before);
       for (const PairResult& result : other.pairs()) ++seen[result.event];
       results_before.assign(other.pairs().begin(), other.pairs().end());

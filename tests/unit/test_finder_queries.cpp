@@ -61,9 +61,8 @@ TEST_CASE("finder queries: rays meet what they meet body by body, while bodies c
       std::vector<BodyHit> found;
       for (int i = 0; i < 60; ++i) {
         const int h = scene.handles[static_cast<std::size_t>(i % count)];
-        if (i % 7 == 3 && scene.finder.contains(h)) {
+        if (i % 7 == 3 && scene.finder.contains(h))
           scene.finder.move(h, {random.rotation(), middle + random.point(-5, 5)});
-        }
         if (i == 40) scene.finder.remove(scene.handles[1]);
         Ray ray{.origin = middle + random.point(-6, 6), .direction = random.point(-1, 1)};
         if (i % 4 == 0) ray.length = 3.0;
@@ -105,9 +104,8 @@ TEST_CASE("finder queries: boxes and points") {
       }
       scene.finder.bodies_at(place, 0.0, found);
       std::vector<int> expected;
-      for (const int h : scene.handles) {
+      for (const int h : scene.handles)
         if (contains(scene.finder.body(h), place)) expected.push_back(h);
-      }
       CHECK(found == expected);
     }
     scene.finder.bodies_at(scene.finder.body(3).centre(), 0.0, found, {.categories = 1});
@@ -174,9 +172,8 @@ TEST_CASE("compounds: an L lies on the ground, its parts never touch each other"
       std::vector<ContactPoint> contacts;
       finder.find(contacts);
       std::vector<std::array<int, 2>> pairs;
-      for (const PairResult& pair : finder.pairs()) {
+      for (const PairResult& pair : finder.pairs())
         if (pair.count > 0) pairs.push_back({pair.a, pair.b});
-      }
       return pairs;
     };
     using Pairs = std::vector<std::array<int, 2>>;

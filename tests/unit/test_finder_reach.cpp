@@ -145,9 +145,8 @@ TEST_CASE("contacts of some bodies: those that find() lists, whatever happened b
       for (ContactFinder* finder : {&asked, &two, &silent}) bodies.tell(*finder);
       std::vector<int> handles;
       const double share = random.chance(0.2) ? 1.0 : 0.1;
-      for (int i = static_cast<int>(bodies.places.size()) - 1; i >= 0; --i) {
+      for (int i = static_cast<int>(bodies.places.size()) - 1; i >= 0; --i)
         if (random.chance(share)) handles.push_back(i);
-      }
       asked.contacts_of(handles, contacts);
       two.contacts_of(handles, with_two);
       std::vector<ContactPoint> expected = bodies.found_afresh();
@@ -162,9 +161,8 @@ TEST_CASE("contacts of some bodies: those that find() lists, whatever happened b
       asked.find(asked_before);
       silent.find(all);
       REQUIRE(same_but_previous(all, asked_before));
-      for (std::size_t i = 0; i < all.size(); ++i) {
+      for (std::size_t i = 0; i < all.size(); ++i)
         REQUIRE(all[i].previous == asked_before[i].previous);
-      }
     }
   }
 }

@@ -29,8 +29,7 @@ TEST_CASE("a copied formula keeps its own time") {
 }
 
 TEST_CASE("what is no formula is refused, naming it") {
-  for (const char* text : {"", "sin(", "2*x", "t t"}) {
+  for (const char* text : {"", "sin(", "2*x", "t t"})
     CHECK_THROWS_AS(Formula(text, {}), std::invalid_argument);
-  }
   CHECK_THROWS_WITH(Formula("2*x", {}), ContainsSubstring("2*x") && ContainsSubstring("\"x\""));
 }

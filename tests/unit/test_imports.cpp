@@ -63,9 +63,8 @@ TEST_CASE("DXF: solids that are no 3DFACE of the drawing itself are refused") {
   for (const auto& [entity, what] :
        {std::pair("0\nINSERT\n2\nbrick\n", "INSERT of block \"brick\""),
         std::pair("0\nMESH\n8\n0\n", "MESH is"), std::pair("0\n3DSOLID\n8\n0\n", "3DSOLID is"),
-        std::pair("0\nPOLYLINE\n70\n64\n", "POLYLINE of faces")}) {
+        std::pair("0\nPOLYLINE\n70\n64\n", "POLYLINE of faces")})
     CHECK_THROWS_WITH(read_dxf(drawing(entity)), ContainsSubstring(what));
-  }
 }
 
 TEST_CASE("3DEC: bricks, prisms and polyhedra, old words and new ones") {

@@ -42,9 +42,8 @@ Placement stretched(double strain) {
 std::shared_ptr<const Shape> thickened(double by) {
   Shape bar = kBar;
   Points vertices = bar.vertices();
-  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v)
     if (vertices(1, v) < 1.1) vertices(1, v) -= by;
-  }
   bar.set_vertices(vertices);
   return std::make_shared<const Shape>(bar);
 }

@@ -39,9 +39,8 @@ Points columns(const Vectors& list) {
 
 Vectors box_corners(const Vector3& size) {
   Vectors corners;
-  for (int v = 0; v < 8; ++v) {
+  for (int v = 0; v < 8; ++v)
     corners.emplace_back(size.cwiseProduct(Vector3(v & 1, v >> 1 & 1, v >> 2 & 1)));
-  }
   return corners;
 }
 
@@ -158,9 +157,8 @@ Sample bumped_face(Random& random) {
   Vectors list = box_corners({1, 1, 1});
   const double amount = random.log_uniform(1e-17, 5e-10);
   const int more = random.integer(1, 20);
-  for (int k = 0; k < more; ++k) {
+  for (int k = 0; k < more; ++k)
     list.emplace_back(random.uniform(), random.uniform(), 1.0 + amount * random.uniform());
-  }
   return {random.chance(0.5) ? turned(list, random) : columns(list), 0.5};
 }
 
@@ -185,9 +183,8 @@ Sample needle(Random& random) {
   Vectors list;
   for (int k = 0; k < 4; ++k) {  // a tetrahedron at each end, so that a ball fits
     const double angle = 2.0 * k;
-    for (const double z : {0.0, 1.0}) {
+    for (const double z : {0.0, 1.0})
       list.emplace_back(width * std::cos(angle), width * std::sin(angle), z);
-    }
   }
   return {turned(list, random), 0.2 * width};
 }
@@ -285,14 +282,11 @@ void check_hosts(const Shape& solid, double length) {
 /// No point lies outside the triangles of the solid, exactly.
 void check_exact(const Hull& hull, const Points& points) {
   const Points& vertices = hull.polyhedron.vertices();
-  for (const auto& [i, j, k] : hull.polyhedron.topology().triangles()) {
-    for (int p = 0; p < points.cols(); ++p) {
+  for (const auto& [i, j, k] : hull.polyhedron.topology().triangles())
+    for (int p = 0; p < points.cols(); ++p)
       REQUIRE(orientation(vertices.col(i), vertices.col(j), vertices.col(k), points.col(p)) <= 0);
-    }
-  }
-  for (std::size_t v = 0; v < hull.input_index.size(); ++v) {
+  for (std::size_t v = 0; v < hull.input_index.size(); ++v)
     CHECK(vertices.col(static_cast<int>(v)) == points.col(hull.input_index[v]));
-  }
 }
 
 /// The corners of each face as places in the sample; `column`: where the points made were.
@@ -413,9 +407,8 @@ TEST_CASE("make shape: a brick with T-junctions is a brick, turned or far away")
     const Topology& topology = hull.polyhedron.topology();
     CHECK(topology.face_count() == 6);
     CHECK(topology.edge_count() == 12);
-    for (int v = 0; v < topology.vertex_count(); ++v) {
+    for (int v = 0; v < topology.vertex_count(); ++v)
       CHECK(topology.is_corner(v) == (hull.input_index[static_cast<std::size_t>(v)] < 8));
-    }
   }
 }
 
@@ -509,20 +502,18 @@ TEST_CASE("make shape: thickness is the solid's, and flat sets are refused") {
     const double thickness = (round % 2 == 0 ? 1.01 : 0.3) * label_length(plate);
     plate += 0.5 * thickness * turn.col(2).asDiagonal() * depth;
     INFO(bits(plate));
-    if (round % 2 == 0) {
+    if (round % 2 == 0)
       CHECK_NOTHROW(make_hull(plate));
-    } else {
+    else
       CHECK_THROWS_AS(make_hull(plate), InputError);
-    }
   }
 }
 
 TEST_CASE("make shape: a prism's sweep leaves its polygon's plane, and no points have no length") {
   Points square(3, 4);
   square << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
-  for (const Vector3& sweep : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0.3, 0.1, 0)}) {
+  for (const Vector3& sweep : {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(0.3, 0.1, 0)})
     CHECK_THROWS_WITH(make_prism(square, sweep), ContainsSubstring("lies in the polygon's plane"));
-  }
   CHECK(make_prism(square, {0.3, 0.1, 0.01}).vertex_count() == 8);
   CHECK_THROWS_AS(label_length(Points(3, 0)), InputError);
 }

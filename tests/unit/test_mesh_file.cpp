@@ -177,9 +177,7 @@ TEST_CASE("files of other programs: two boxes that share an edge and a part of a
   int files = 0;
   for (const auto& entry : fs::directory_iterator(QUOIN_SOURCE_DIR "/tests/unit/meshes")) {
     const std::string path = entry.path().string();
-    if (entry.path().extension() == ".py") {
-      continue;
-    }
+    if (entry.path().extension() == ".py") continue;
     INFO(path);
     ++files;
     const std::vector<MeshBlock> blocks = read(path);
@@ -210,9 +208,8 @@ TEST_CASE("a mesh that is an earlier one moved, exactly, takes over its topology
     CHECK(shape.vertices() == whole.vertices());
     CHECK(std::ranges::equal(shape.topology().triangles(), whole.topology().triangles()));
     REQUIRE(shape.topology().face_count() == whole.topology().face_count());
-    for (int f = 0; f < whole.topology().face_count(); ++f) {
+    for (int f = 0; f < whole.topology().face_count(); ++f)
       CHECK(std::ranges::equal(shape.topology().face(f), whole.topology().face(f)));
-    }
     return made - before;
   };
   CHECK(made_for({0, 0, 0}) == 1);

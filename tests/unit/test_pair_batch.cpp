@@ -161,9 +161,8 @@ TEST_CASE("pair batch: more bodies than are kept made at a time") {
   std::vector<ContactPoint> contacts;
   batch.find(BodySource(stack.bodies), pairs, contacts);
   REQUIRE(contacts.size() == 4 * 1099);
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
+  for (std::size_t k = 0; k < contacts.size(); ++k)
     CHECK(contacts[k].point().z() == static_cast<double>(k / 4 + 1));
-  }
 }
 
 TEST_CASE("pair batch: bodies known as apart come into reach as in a batch that knows nothing") {
@@ -235,9 +234,8 @@ TEST_CASE(
   const Shape brick = quoin::geometry::make_box({0.1, 0, 0}, {0.6, 0.3, 0.2});
   const quoin::geometry::ContactOptions options{.reach = 4e-3};
   std::vector<BlockPair> pairs;
-  for (int i = 0; i < 48; ++i) {
+  for (int i = 0; i < 48; ++i)
     for (int k = i + 1; k < 48; ++k) pairs.push_back({i, k});
-  }
   quoin::geometry::WorkerPool one(1), two(2), three(3);
   const std::array<quoin::geometry::WorkerPool*, 3> pools{&one, &two, &three};
   for (const double lean : {0.0, 1e-12, 1e-4}) {

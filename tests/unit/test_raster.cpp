@@ -69,9 +69,8 @@ TEST_CASE("raster: 1000 pixels show the body that a ray meets first") {
                          -(y + 0.5 - 0.5 * view.height) / view.scale, 10.0);
       const geometry::Ray ray{view.axes.transpose() * flat, -view.axes.row(2).transpose(), 20.0};
       double nearest = std::numeric_limits<double>::infinity();
-      for (const geometry::Body& body : bodies) {
+      for (const geometry::Body& body : bodies)
         if (const auto hit = geometry::first_hit(body, ray)) nearest = std::min(nearest, hit->s);
-      }
       const auto at = static_cast<std::size_t>(y * view.width + x);
       ++compared;
       if (image.polygons[at] == raster::kNone) {
@@ -120,8 +119,7 @@ TEST_CASE("raster: a box throws its shadow, edges are dark, light that comes asl
   };
   const double dark = 255 * 0.5 * 0.64, lit = 255 * 0.5 * (0.64 + 0.42 * std::sqrt(0.5));
   CHECK(std::abs(brightness(1.55, 0.05) - dark) < 1.0);
-  for (const auto& [x, y] : {std::pair{2.55, 0.05}, {1.55, 2.05}, {-1.55, 0.05}, {0.55, 0.05}}) {
+  for (const auto& [x, y] : {std::pair{2.55, 0.05}, {1.55, 2.05}, {-1.55, 0.05}, {0.55, 0.05}})
     CHECK(std::abs(brightness(x, y) - lit) < 1.0);
-  }
   CHECK(brightness(0.95, 0.05) < 0.8 * lit);
 }

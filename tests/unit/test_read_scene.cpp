@@ -141,9 +141,8 @@ TEST_CASE("gravity and loads: constant, table, formula; a face by its direction"
   CHECK(same(file.scene.point_loads.at(0).force.at(7.0), Vector3(1, 2, 3)));
   CHECK(same(file.scene.body_loads.at(0).force.at(3.0), Vector3(3, 9, 1)));
   const geometry::Body body = file.scene.blocks[0].body();
-  for (const int vertex : body.shape().topology().face(file.scene.face_loads.at(0).face)) {
+  for (const int vertex : body.shape().topology().face(file.scene.face_loads.at(0).face))
     CHECK(body.vertex(vertex).z() == 1.0);
-  }
 }
 
 TEST_CASE("stages follow one another; the short form is one dynamic stage") {

@@ -69,9 +69,8 @@ TEST_CASE("objects: keys unknown and missing, and the one that was meant") {
 TEST_CASE("a key without its unit, or with words of a known one, is told which was meant") {
   json schema = {{"additionalProperties", false}, {"properties", json::object()}};
   for (const char* key : {"dilation_angle_deg", "friction_angle_deg", "normal_stiffness",
-                          "residual_friction_angle_deg", "young"}) {
+                          "residual_friction_angle_deg", "young"})
     schema["properties"][key] = {{"type", "number"}};
-  }
   const auto asked = [&](const char* key) { return breach(schema, {{key, 1}}); };
   CHECK(asked("friction_angle") ==
         "/friction_angle: unknown key \"friction_angle\"; did you mean \"friction_angle_deg\"?");
@@ -79,9 +78,8 @@ TEST_CASE("a key without its unit, or with words of a known one, is told which w
        std::map<const char*, const char*>{{"friction", "friction_angle_deg"},
                                           {"residual_friction", "residual_friction_angle_deg"},
                                           {"stiffness_normal", "normal_stiffness"},
-                                          {"youngs_modulus", "young"}}) {
+                                          {"youngs_modulus", "young"}})
     CHECK(asked(key).ends_with("; did you mean \"" + std::string(wanted) + "\"?"));
-  }
   CHECK(asked("tilt_deg") == "/tilt_deg: unknown key \"tilt_deg\"");
 }
 

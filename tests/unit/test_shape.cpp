@@ -34,9 +34,8 @@ TEST_CASE("topology: edges, faces and neighbours of a box agree") {
   for (int v = 0; v < 8; ++v) {
     CHECK(topology.neighbours(v).size() == 3);
     CHECK(topology.vertex_faces(v).size() == 3);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       CHECK(topology.find_edge(v, topology.neighbours(v)[k]) == topology.vertex_edges(v)[k]);
-    }
   }
   CHECK(topology.find_edge(0, 7) == -1);
 }
@@ -89,9 +88,8 @@ TEST_CASE("polyhedron: normals, diameter and box follow the vertices") {
   const Shape turned = transformed(box, 1.0, turn, {7, 8, 9});
   CHECK_THAT(turned.diameter(), WithinRel(2.0 * std::sqrt(14.0), 1e-14));
   CHECK_THAT((turned.vertex_mean() - Vector3(7, 8, 9)).norm(), WithinAbs(0.0, 1e-14));
-  for (int f = 0; f < 6; ++f) {
+  for (int f = 0; f < 6; ++f)
     CHECK_THAT((turned.face_normal(f) - turn * box.face_normal(f)).norm(), WithinAbs(0.0, 1e-15));
-  }
   for (int v = 0; v < 8; ++v) {
     CHECK((turned.vertex(v).array() >= turned.box().min.array()).all());
     CHECK((turned.vertex(v).array() <= turned.box().max.array()).all());
@@ -103,8 +101,7 @@ TEST_CASE("polyhedron: the normal of a sliver is right to the last places") {
   points << 0, 1, 0.5, 0.5, 0, 1, 0.5 + 1e-7, 0.5, 0, 0, 0, -1;
   const Shape solid = make_hull(points).polyhedron;
   double best = 0.0;
-  for (int f = 0; f < solid.topology().face_count(); ++f) {
+  for (int f = 0; f < solid.topology().face_count(); ++f)
     best = std::max(best, solid.face_normal(f).z());
-  }
   CHECK(best == 1.0);
 }

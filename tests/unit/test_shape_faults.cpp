@@ -140,10 +140,9 @@ TEST_CASE("coordinate rounding: dents that it does not explain are refused") {
     // a corner may be pulled in and the solid be convex still: then no hull face is cut off
     const double own = [&] {
       double six = 0.0;
-      for (const auto& f : solid.faces) {
+      for (const auto& f : solid.faces)
         six += (solid.points.col(f[0]) - middle)
                    .dot((solid.points.col(f[1]) - middle).cross(solid.points.col(f[2]) - middle));
-      }
       return std::abs(six) / 6;
     }();
     const double hull = mass_properties(make_hull(solid.points).polyhedron).volume;

@@ -64,10 +64,9 @@ void check_nearest(const State& before, const NewCorner& a, const State& after) 
 
 int support(const std::vector<Vector3>& points, const Vector3& d) {
   int best = 0;
-  for (std::size_t k = 1; k < points.size(); ++k) {
+  for (std::size_t k = 1; k < points.size(); ++k)
     if (d.dot(points[k]) < d.dot(points[static_cast<std::size_t>(best)]))
       best = static_cast<int>(k);
-  }
   return best;
 }
 
@@ -98,9 +97,8 @@ int walk(Random& random, const Vector3& middle) {
 TEST_CASE("a step of the search finds the nearest point of the simplex") {
   Random random(13);
   int longest = 0;
-  for (int k = 0; k < 500; ++k) {
+  for (int k = 0; k < 500; ++k)
     longest = std::max(longest, walk(random, random.uniform(1.01, 2.0) * random.direction()));
-  }
   CHECK(longest >= 4);
   CHECK(longest < 32);
 }

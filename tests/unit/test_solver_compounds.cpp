@@ -81,8 +81,7 @@ TEST_CASE("A block slides over the flush parts of a floor, and on from a checkpo
   const Vector3 along = frame.turn.transpose() * end.velocity;  // it still swings a little, upwards
   CHECK((along - Vector3(1, 0.1, along.z())).norm() < 1e-9);
   Simulation resumed(scene, {.time_step = 5e-3}, saved);
-  for (int step = 100; step < 200; ++step) {
+  for (int step = 100; step < 200; ++step)
     REQUIRE(resumed.advance().status == StepStatus::Converged);
-  }
   CHECK(resumed.state().blocks[1].centroid == end.centroid);
 }

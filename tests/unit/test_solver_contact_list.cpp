@@ -44,11 +44,9 @@ std::string saved(const Simulation& simulation) {
 
 std::vector<double> numbers(const State& state) {
   std::vector<double> result;
-  for (const BlockState& block : state.blocks) {
-    for (const Vector3* v : {&block.centroid, &block.velocity, &block.angular_velocity}) {
+  for (const BlockState& block : state.blocks)
+    for (const Vector3* v : {&block.centroid, &block.velocity, &block.angular_velocity})
       result.insert(result.end(), v->begin(), v->end());
-    }
-  }
   for (const Contact& contact : state.contacts) result.push_back(contact.normal_force);
   return result;
 }

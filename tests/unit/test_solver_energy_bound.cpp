@@ -33,9 +33,8 @@ struct Step {
   }
   static Scene scene() {
     Scene scene;
-    for (const double x : {0.0, 5.0}) {
+    for (const double x : {0.0, 5.0})
       scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 1, 1, 1}), {.density = 1000});
-    }
     return scene;
   }
   void bound(std::vector<int> groups) {

@@ -127,9 +127,8 @@ TEST_CASE("cohesion and tension are borne on the contact area") {
 
 TEST_CASE("a column turns over as one, and leans out by half its width") {
   Scene column = on_ground(0.8);
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     column.add_rigid(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}), kStone);
-  }
   REQUIRE_THAT(limit(column, Vector3::UnitY()), WithinAbs(1.0 / 3.0, 1e-7));
   for (const double out : {0.4999, 0.5001}) {
     Scene leaning = on_ground(0.8);
@@ -193,9 +192,8 @@ TEST_CASE("a bond hangs a block without cohesion, and bears shear as steps do") 
       options.analysis = Analysis::Static;
       Simulation run(loaded, options);
       StepReport report = run.advance();
-      for (int i = 0; i < 500 && report.verdict == StaticVerdict::Seeking; ++i) {
+      for (int i = 0; i < 500 && report.verdict == StaticVerdict::Seeking; ++i)
         report = run.advance();
-      }
       REQUIRE((report.verdict == StaticVerdict::Rest) == holds);
     }
   }
@@ -206,9 +204,8 @@ TEST_CASE(
   EquilibriumProblem problem = pushed(brick_wall(wall(1), 0.65), Vector3::UnitX());
   const std::vector<EquilibriumBlock> blocks = problem.blocks;
   for (const double factor : {0.5, 0.6, 0.645}) {
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (std::size_t b = 0; b < blocks.size(); ++b)
       problem.blocks[b].load = blocks[b].load + factor * blocks[b].live;
-    }
     const Equilibrium found = find_mechanism(problem), whole = find_equilibrium(problem);
     REQUIRE(found.factorizations <= whole.factorizations);
     if (factor > 0.642859) {

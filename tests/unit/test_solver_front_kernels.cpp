@@ -33,17 +33,15 @@ TEST_CASE("Every entry takes its products one after the other, whatever the vect
       const Eigen::MatrixXd start = drawn(random, rows, columns);
       Eigen::MatrixXd expected = start;
       for (int j = 0; j < columns; ++j) {
-        for (int i = 0; i < rows; ++i) {
+        for (int i = 0; i < rows; ++i)
           for (int k = 0; k < depth; ++k) expected(i, j) -= a(i, k) * b(j, k);
-        }
       }
       Eigen::MatrixXd both = start, lower = start;
       subtract_product(whole(a), transposed(whole(b)), Triangle::Both, whole(both));
       CHECK(both == expected);
       subtract_product(whole(a), transposed(whole(b)), Triangle::Lower, whole(lower));
-      for (int j = 0; j < columns; ++j) {
+      for (int j = 0; j < columns; ++j)
         for (int i = j; i < rows; ++i) REQUIRE(lower(i, j) == expected(i, j));
-      }
     }
   }
 }

@@ -39,9 +39,8 @@ void add_ground(Scene& scene, const Vector3& at) {
 /// Three cubes on each other.
 void add_tower(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k)
     scene.add_block(box(at + Vector3(-0.5, -0.5, k), Vector3::Ones()), kRock);
-  }
 }
 
 /// A cube that falls on another one.
@@ -117,12 +116,10 @@ bool same_bits(const BlockState& a, const BlockState& b) {
 int steps_alike(Simulation& both, Simulation& alone, std::size_t first, int steps) {
   for (int step = 0; step < steps; ++step) {
     const StepReport of_both = both.advance(), of_alone = alone.advance();
-    if (of_both.status != StepStatus::Converged || of_alone.status != StepStatus::Converged) {
+    if (of_both.status != StepStatus::Converged || of_alone.status != StepStatus::Converged)
       return step;
-    }
-    for (std::size_t b = 0; b < alone.state().blocks.size(); ++b) {
+    for (std::size_t b = 0; b < alone.state().blocks.size(); ++b)
       if (!same_bits(both.state().blocks[first + b], alone.state().blocks[b])) return step;
-    }
   }
   return steps;
 }
@@ -214,9 +211,8 @@ TEST_CASE("islands: an impact holds the strain of its own island alone") {
 TEST_CASE("islands: what stands costs nothing while another block falls") {
   Scene scene = empty_scene();
   add_ground(scene, kHere);
-  for (int k = 0; k < 10; ++k) {
+  for (int k = 0; k < 10; ++k)
     scene.add_rigid(box(kHere + Vector3(-0.5, -0.5, k), Vector3::Ones()), kRigid);
-  }
   const int falling = scene.add_rigid(box(kThere + Vector3(0, 0, 50), Vector3::Ones()), kRigid);
   Simulation simulation(scene, {.time_step = 1e-2});
   for (int step = 0; step < 20; ++step)
@@ -283,9 +279,8 @@ TEST_CASE("islands: a step that one island cannot take leaves all at one time") 
   add_slider(scene, kThere);
   Simulation simulation(scene, options);
   StepReport report;
-  for (int step = 0; step < 40 && report.status == StepStatus::Converged; ++step) {
+  for (int step = 0; step < 40 && report.status == StepStatus::Converged; ++step)
     report = simulation.advance();
-  }
   REQUIRE(report.status == StepStatus::NotConverged);
   CHECK(simulation.best_try().blocks.size() == scene.blocks.size());
   CHECK(simulation.best_try().time > simulation.state().time);

@@ -98,14 +98,12 @@ struct Problem {
   double error(Random& random, LinearSolver& solver) const {
     BlockVector right(slots.size.size(), Vector12::Zero()), solution = right;
     Eigen::VectorXd b(slots.unknowns()), x(slots.unknowns());
-    for (std::size_t s = 0; s < right.size(); ++s) {
+    for (std::size_t s = 0; s < right.size(); ++s)
       for (int i = 0; i < slots.size[s]; ++i)
         right[s][i] = b[slots.start[s] + i] = random.uniform(-1, 1);
-    }
     solver.solve(right, solution);
-    for (std::size_t s = 0; s < right.size(); ++s) {
+    for (std::size_t s = 0; s < right.size(); ++s)
       x.segment(slots.start[s], slots.size[s]) = solution[s].head(slots.size[s]);
-    }
     return (dense() * x - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
   }
 };
@@ -156,9 +154,8 @@ TEST_CASE("Pairs that are zero take no part in an elimination") {
       ++kept;
     }
     BlockVector right(full.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s) {
+    for (std::size_t s = 0; s < right.size(); ++s)
       for (int i = 0; i < full.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
-    }
     BlockVector alone = right, beside = right;
     LinearSolver solver(full.slots);
     REQUIRE(solver.factorize(bare.system));
@@ -179,9 +176,8 @@ TEST_CASE("A matrix that is solved once gives the bits of one whose factors are 
   for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
     const Problem problem(random, 60, 150, shape);
     BlockVector right(problem.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s) {
+    for (std::size_t s = 0; s < right.size(); ++s)
       for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
-    }
     BlockVector kept = right, once = right;
     LinearSolver keeps(problem.slots), solves_once(problem.slots);
     REQUIRE(keeps.factorize(problem.system));
@@ -204,9 +200,8 @@ TEST_CASE("Any number of threads eliminates to the same bits") {
   for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
     const Problem problem(random, kSide * kSide, grid_pairs(kSide), shape);
     BlockVector right(problem.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s) {
+    for (std::size_t s = 0; s < right.size(); ++s)
       for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
-    }
     for (const bool once : {false, true}) {
       const auto solved = [&](int threads) {
         quoin::geometry::WorkerPool pool(threads);

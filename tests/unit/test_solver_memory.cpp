@@ -45,9 +45,8 @@ double kilobytes_a_brick() {
   const double bricks = static_cast<double>(scene.blocks.size() - 1);
   const long before = quoin::tests::bytes_in_use;
   Simulation simulation(std::move(scene), {.time_step = 0.01});
-  for (int step = 0; step < 2; ++step) {
+  for (int step = 0; step < 2; ++step)
     REQUIRE(simulation.advance().status == StepStatus::Converged);
-  }
   return static_cast<double>(quoin::tests::bytes_in_use - before) / bricks / 1000.0;
 }
 

@@ -381,9 +381,8 @@ TEST_CASE("an attempt that yields takes no more iterations than it may") {
 
 TEST_CASE("two blocks in free fall feel nothing") {
   ContactProblem problem = tower(2, {0, 0, -1}, 0.5);
-  for (ContactProblem::Contact& contact : problem.contacts) {
+  for (ContactProblem::Contact& contact : problem.contacts)
     contact.offset[0] = contact.a < 0 ? 10.0 : 1e-3;
-  }
   const ContactSolution solution = solve(problem, ContactIteration::ProximalNewton, 1e-10);
   REQUIRE(solution.converged);
   REQUIRE(solution.factorizations == 0);

@@ -84,9 +84,8 @@ double spring_energy(const LinearContact& c, const Vector3& d) {
 
 double energy(const Problem& p, const BlockVector& d) {
   double sum = 0.0;
-  for (std::size_t s = 0; s < d.size(); ++s) {
+  for (std::size_t s = 0; s < d.size(); ++s)
     sum += 0.5 * d[s].dot(p.base.diagonal[s] * d[s]) - p.force[s].dot(d[s]);
-  }
   for (const LinearContact& c : p.contacts) sum += spring_energy(c, p.relative(c, d));
   return sum;
 }

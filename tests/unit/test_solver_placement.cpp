@@ -133,9 +133,8 @@ Outcome run(Scene scene, const Frame& frame, int steps) {
 double largest_difference(const Outcome& a, const Outcome& b) {
   REQUIRE(a.displacements.size() == b.displacements.size());
   double largest = 0.0;
-  for (std::size_t i = 0; i < a.displacements.size(); ++i) {
+  for (std::size_t i = 0; i < a.displacements.size(); ++i)
     largest = std::max(largest, (a.displacements[i] - b.displacements[i]).norm());
-  }
   return largest;
 }
 
@@ -162,11 +161,9 @@ constexpr double kPlaceRounding = 0x1p-43;
 /// The scene with each block's place off by what rounds it at kFar.
 Scene jittered(Scene scene, std::uint64_t seed) {
   quoin::tests::Random random(seed);
-  for (Block& block : scene.blocks) {
-    for (int i = 0; i < 3; ++i) {
+  for (Block& block : scene.blocks)
+    for (int i = 0; i < 3; ++i)
       block.placement.translation[i] += kPlaceRounding * random.uniform(-1.0, 1.0);
-    }
-  }
   return scene;
 }
 
@@ -301,9 +298,8 @@ TEST_CASE("Rounded coordinates press on nothing") {
     }
     CHECK(solves <= 100);  // 265 and more where such gaps are taken for what they say
     double squeeze = 0.0;
-    for (const Contact& contact : simulation->state().contacts) {
+    for (const Contact& contact : simulation->state().contacts)
       squeeze = std::max(squeeze, contact.normal_force);
-    }
     CHECK(squeeze <= 2.0 * 2500 * 9.81);  // the weight of two cubes
   }
   six_digits.coordinate_rounding = 1e-3;  // wider than any reach: a gap of half of it is none
@@ -338,10 +334,8 @@ TEST_CASE("Two parts of one scene a million metres apart know nothing of each ot
   const Outcome alone = run(wall({}, BlockKind::Rigid), {}, kSteps);
   Scene both = wall({}, BlockKind::Rigid);
   const std::size_t blocks = both.blocks.size();
-  for (const Block& block :
-       wall({Matrix3::Identity(), {1e6, 2e6, -3e6}}, BlockKind::Rigid).blocks) {
+  for (const Block& block : wall({Matrix3::Identity(), {1e6, 2e6, -3e6}}, BlockKind::Rigid).blocks)
     both.blocks.push_back(block);
-  }
   const Outcome together = run(std::move(both), {}, kSteps);
   for (std::size_t i = 0; i < 8 * blocks; ++i) {
     CHECK((together.displacements[i] - alone.displacements[i]).norm() <= 1e-10 * 0.25);

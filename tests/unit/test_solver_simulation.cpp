@@ -46,12 +46,10 @@ std::string refusal(const Scene& scene, const StepOptions& options = {}) {
 }
 
 bool all_finite(const State& state) {
-  for (const BlockState& b : state.blocks) {
+  for (const BlockState& b : state.blocks)
     if (!b.centroid.allFinite() || !b.rotation.coeffs().allFinite() || !b.strain.allFinite() ||
-        !b.velocity.allFinite() || !b.angular_velocity.allFinite() || !b.strain_rate.allFinite()) {
+        !b.velocity.allFinite() || !b.angular_velocity.allFinite() || !b.strain_rate.allFinite())
       return false;
-    }
-  }
   return std::isfinite(state.energy.mechanical());
 }
 
@@ -391,9 +389,7 @@ TEST_CASE("Time is counted in steps, not added up; static steps take none") {
   for (int i = 0; i < 3; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
   CHECK(simulation.state().time == 0.0);
   simulation.set_options({.time_step = 0.1});
-  for (int i = 1; i <= 100000; ++i) {
-    REQUIRE(simulation.advance().time == 0.1 * i);
-  }
+  for (int i = 1; i <= 100000; ++i) REQUIRE(simulation.advance().time == 0.1 * i);
 }
 
 TEST_CASE("The best try of a failed step keeps the prescribed motion") {

@@ -91,9 +91,8 @@ TEST_CASE("Springs that let a block sink right through another one are flagged")
                                 .method = ContactMethod::Springs,
                                 .penalty = 1e3});
   StepReport report;  // a static step moves it by a quarter of a percent of its size
-  for (int i = 0; i < 1000 && report.verdict == StaticVerdict::Seeking; ++i) {
+  for (int i = 0; i < 1000 && report.verdict == StaticVerdict::Seeking; ++i)
     report = simulation.advance();
-  }
   CHECK(report.verdict == StaticVerdict::Mechanism);
   REQUIRE(find(report, FlagKind::Overlap) != nullptr);
   CHECK(find(report, FlagKind::Overlap)->value > 0.1);
@@ -148,9 +147,8 @@ TEST_CASE("An impact that follows from another one in a step is flagged") {
     Scene scene;
     scene.gravity = Vector3(Vector3::Zero());
     scene.joint.restitution = 1.0;
-    for (const double x : {0.0, 0.4496, 0.8506}) {
+    for (const double x : {0.0, 0.4496, 0.8506})
       scene.add_rigid(geometry::make_box({x, 0, 0}, {x + 0.4, 0.4, 0.4}), {.density = 2000});
-    }
     scene.blocks[0].velocity = Vector3(1.5, 0, 0);
     Simulation simulation(scene, {.time_step = dt});
     bool flagged = false;

@@ -23,9 +23,8 @@ Shape turned(const Shape& shape, const Matrix3& turn, const Vector3& shift) {
 }
 
 bool has_vertex(const Shape& shape, const Vector3& place) {
-  for (int v = 0; v < shape.vertex_count(); ++v) {
+  for (int v = 0; v < shape.vertex_count(); ++v)
     if (shape.vertex(v) == place) return true;
-  }
   return false;
 }
 
@@ -135,9 +134,8 @@ TEST_CASE("split: a block cut again and again keeps its volume") {
     std::vector<Shape> next;
     for (const Shape& block : blocks) {
       const Split parts = split(block, plane);
-      for (const auto& part : {parts.below, parts.above}) {
+      for (const auto& part : {parts.below, parts.above})
         if (part) next.push_back(part->shape);
-      }
     }
     blocks = next;
   }

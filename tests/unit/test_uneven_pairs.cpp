@@ -24,9 +24,8 @@ struct UnevenPair {
 
 Shape hull_of(const Solid& solid) {
   Points points(3, static_cast<Eigen::Index>(solid.points.size()));
-  for (std::size_t v = 0; v < solid.points.size(); ++v) {
+  for (std::size_t v = 0; v < solid.points.size(); ++v)
     points.col(static_cast<Eigen::Index>(v)) = Vector3::Map(solid.points[v].data());
-  }
   return make_hull(points).polyhedron;
 }
 

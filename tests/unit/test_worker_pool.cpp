@@ -36,9 +36,8 @@ TEST_CASE("worker pool: where threads are refused fewer do the work, and it says
     std::vector<int> calls(6, 0);
     auto work = [&](int worker) { ++calls[static_cast<std::size_t>(worker)]; };
     for (int round = 0; round < 10; ++round) pool.run_each(work);
-    for (int worker = 0; worker < 6; ++worker) {
+    for (int worker = 0; worker < 6; ++worker)
       CHECK(calls[static_cast<std::size_t>(worker)] == (worker <= refused_after ? 10 : 0));
-    }
   }
   threads_left = 1;
   const quoin::geometry::ContactFinder finder({.reach = 1e-3, .threads = 4});
@@ -48,9 +47,8 @@ TEST_CASE("worker pool: where threads are refused fewer do the work, and it says
 #endif
 
 TEST_CASE("worker pool: none at all is refused") {
-  for (const int count : {0, -1}) {
+  for (const int count : {0, -1})
     CHECK_THROWS_AS(quoin::geometry::WorkerPool(count), quoin::geometry::InputError);
-  }
 }
 
 TEST_CASE("worker pool: each share is done once in each round, whoever does it") {

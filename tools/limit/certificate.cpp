@@ -30,9 +30,8 @@ json certificate(const Trial& trial, const Vary& vary) {
     const solver::EquilibriumBlock& solved = trial.problem.blocks[b];
     if (block.kind == solver::BlockKind::Absent) continue;
     json vertices = json::array();
-    for (int v = 0; v < block.shape->vertex_count(); ++v) {
+    for (int v = 0; v < block.shape->vertex_count(); ++v)
       vertices.push_back(vector_json(block.body().vertex(v)));
-    }
     Vector6 applied = solved.load;
     if (solved.moves) {
       applied.head<3>() -= block.material.density * geometry::mass_properties(block.body()).volume *
@@ -70,9 +69,8 @@ json certificate(const Trial& trial, const Vary& vary) {
                       {"tension", joint.tension}});
   };
   add_joint(nullptr, scene.joint);
-  for (const solver::PairJoint& pair : scene.pair_joints) {
+  for (const solver::PairJoint& pair : scene.pair_joints)
     add_joint({pair.group_a, pair.group_b}, pair.joint);
-  }
   for (const solver::BlockJoint& pair : scene.block_joints) {
     add_joint(nullptr, pair.joint);
     joints.back()["blocks"] = {pair.a, pair.b};
@@ -186,16 +184,14 @@ void write_vtk(const std::filesystem::path& blocks, const std::filesystem::path&
   write_block_file(blocks, trial);
   std::ofstream file = vtk_file(contacts, "contacts");
   std::vector<Vector3> points;
-  for (const auto& contact : trial.problem.contacts) {
+  for (const auto& contact : trial.problem.contacts)
     points.push_back(contact.point + trial.problem.origin);
-  }
   write_points(file, points);
   file << "VERTICES " << points.size() << ' ' << 2 * points.size() << '\n';
   for (std::size_t i = 0; i < points.size(); ++i) file << "1 " << i << '\n';
   file << "POINT_DATA " << points.size() << "\nSCALARS motion int 1\nLOOKUP_TABLE default\n";
-  for (const auto& contact : trial.problem.contacts) {
+  for (const auto& contact : trial.problem.contacts)
     file << static_cast<int>(motion(contact, trial)) << '\n';
-  }
   write_vectors(file, "force", trial.found.forces);
   flush(file, contacts);
 }

@@ -91,11 +91,9 @@ struct ProblemOfBlocks {
 std::vector<SingleBlock> single_blocks(const Scene& scene, double tolerance) {
   const ProblemOfBlocks all(problem_of(scene, Joints::Yield));
   std::vector<ProblemOfBlocks> brittle;
-  if (has_tension(scene)) {
-    for (const Joints joints : {Joints::Whole, Joints::Broken}) {
+  if (has_tension(scene))
+    for (const Joints joints : {Joints::Whole, Joints::Broken})
       brittle.emplace_back(problem_of(scene, joints));
-    }
-  }
   std::vector<SingleBlock> result;
   for (std::size_t b = 0; b < all.problem.blocks.size(); ++b) {
     if (!all.problem.blocks[b].moves) continue;

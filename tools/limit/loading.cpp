@@ -240,9 +240,8 @@ std::optional<Factor> lowest_factor(const EquilibriumProblem& problem,
     text << "mechanism without dilation, round " << round << ": " << found.factor
          << ", friction exceeds by " << excess << " of the largest load";
     const bool agrees = excess <= kCoulombExcess;
-    if (agrees && !(lowest && found.factor * (1.0 + excess) >= lowest->at_most())) {
+    if (agrees && !(lowest && found.factor * (1.0 + excess) >= lowest->at_most()))
       lowest = Factor{found.factor, excess};
-    }
     const bool same = std::abs(found.factor - last) <= kSameFactor * found.factor;
     if (!watch(text.str()) || (same && excess <= kSameFactor)) break;
     last = found.factor;

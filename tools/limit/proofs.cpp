@@ -46,9 +46,8 @@ namespace {
 bool keep(Trial trial, Limit& limit) {
   decide(trial, limit.strict);
   if (trial.found.verdict == EquilibriumVerdict::Undecided) return false;
-  if (trial.found.verdict == EquilibriumVerdict::Mechanism && limit.strict.empty()) {
+  if (trial.found.verdict == EquilibriumVerdict::Mechanism && limit.strict.empty())
     limit.strict = trial.found.velocities;
-  }
   auto& place = trial.found.verdict == EquilibriumVerdict::Admissible ? limit.stands : limit.falls;
   place = std::make_unique<Trial>(std::move(trial));
   return true;
@@ -120,36 +119,29 @@ Limit prove_factor(const std::function<Trial(double)>& at, const Equilibrium& la
     const double value = std::max(from, limit.convex - width);
     if (!limit.stands || value > limit.stands->value) keep(at(value), limit);
   }
-  if (limit.falls && limit.falls->value - limit.convex < 100.0 * closest) {
-    for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider) {
+  if (limit.falls && limit.falls->value - limit.convex < 100.0 * closest)
+    for (double below = 0.3 * closest; below < 10.0 * closest && is_wide(); below *= kWider)
       keep(at(limit.falls->value - below), limit);
-    }
-  }
   // Each is proved to rounding of the largest load, by which they may lap over.
-  for (double below = closest; below < 100.0 * closest && laps_over(limit); below *= kWider) {
+  for (double below = closest; below < 100.0 * closest && laps_over(limit); below *= kWider)
     keep(at(limit.falls->value - below), limit);
-  }
-  if (limit.stands && limit.falls) {
+  if (limit.stands && limit.falls)
     limit.convex = std::clamp(limit.convex, limit.stands->value, limit.falls->value);
-  }
-  if (limit.stands && limit.falls && apart(limit, range) > tolerance) {
+  if (limit.stands && limit.falls && apart(limit, range) > tolerance)
     limit.why = "nearer to the limit neither is proved";
-  }
   return limit;
 }
 
 Limit prove_between(const std::function<Trial(double)>& at, double from, double to,
                     double tolerance) {
   Limit limit;
-  for (const double end : {from, to}) {
+  for (const double end : {from, to})
     if (!keep(at(end), limit)) limit.why = "neither is proved at an end of the range";
-  }
   while (limit.stands && limit.falls && apart(limit, to - from) > tolerance) {
     const double low = limit.stands->value, high = limit.falls->value;
     bool decided = false;
-    for (const double share : {0.5, 0.4, 0.6, 0.25, 0.75}) {
+    for (const double share : {0.5, 0.4, 0.6, 0.25, 0.75})
       decided = decided || keep(at(low + share * (high - low)), limit);
-    }
     if (decided) continue;
     limit.why = "between them neither is proved";
     break;

@@ -27,16 +27,13 @@ class Path {
         end_(Clock::now() +
              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds))) {
     const std::string& name = scenes.vary().name;
-    for (std::size_t b = 0; b < scene_.blocks.size(); ++b) {
+    for (std::size_t b = 0; b < scene_.blocks.size(); ++b)
       if (scene_.blocks[b].name == name) support_ = static_cast<int>(b);
-    }
-    if (support_ < 0 || block().kind != solver::BlockKind::Fixed) {
+    if (support_ < 0 || block().kind != solver::BlockKind::Fixed)
       throw std::invalid_argument("--vary settlement=" + name + ": no fixed block has that name");
-    }
     const Vector3 gravity = scene_.gravity.at(0.0);
-    if (!(gravity.norm() > 0.0)) {
+    if (!(gravity.norm() > 0.0))
       throw std::invalid_argument("--vary settlement=" + name + ": gravity is 0");
-    }
     gravity_ = gravity.norm();
     down_ = gravity / gravity_;
     block().kind = solver::BlockKind::Prescribed;
@@ -53,9 +50,8 @@ class Path {
       options_.time_step = duration / kStepsOfOne;
       run.set_options(options_);
       bool moves = true;
-      for (int i = 0; i < kStepsOfOne && moves; ++i) {
+      for (int i = 0; i < kStepsOfOne && moves; ++i)
         moves = run.advance().status == solver::StepStatus::Converged;
-      }
       block().motion.value = Vector3(0, 0, 0);  // what is saved stands still, and is resumed so
       if (!moves) return false;
       run.change(scene_);
@@ -87,9 +83,8 @@ class Path {
     trial.found = solver::find_equilibrium(trial.problem);
     std::vector<Vector6> strict;
     decide(trial, strict);
-    if (trial.found.verdict == EquilibriumVerdict::Admissible) {
+    if (trial.found.verdict == EquilibriumVerdict::Admissible)
       trial.found.verdict = EquilibriumVerdict::Undecided;
-    }
     return trial;
   }
 
@@ -136,9 +131,8 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
     if (rests) saved = saved_state(*run);
     if (!rests) limit.falls.reset();
     if (trial.found.verdict ==
-        (rests ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism)) {
+        (rests ? EquilibriumVerdict::Admissible : EquilibriumVerdict::Mechanism))
       (rests ? limit.stands : limit.falls) = std::make_unique<Trial>(std::move(trial));
-    }
     if (!reached.holds || (rests && at >= vary.to)) break;
     if (reached.lost) {
       if (*reached.lost - *reached.holds <= tolerance * (vary.to - vary.from)) break;
@@ -151,9 +145,8 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
   if (!reached.lost) limit.why = "it stands at both ends of the range";
   if (!reached.holds) limit.why = "it does not rest at the start of the range";
   if (reached.lost && !limit.falls) limit.why = "no mechanism is proved where the run loses rest";
-  if (reached.holds && limit.falls && !(limit.stands && limit.stands->value >= *reached.holds)) {
+  if (reached.holds && limit.falls && !(limit.stands && limit.stands->value >= *reached.holds))
     limit.why = "no forces are proved where the run rests last";
-  }
   if (!reached.why.empty()) limit.why = reached.why;
   return limit;
 }

@@ -33,9 +33,8 @@ Vector3 outwards(const Scene& scene, const EquilibriumProblem& problem, std::siz
   const Vector3 down = scene.gravity.at(0.0);
   Vector3 way = problem.blocks[support].place - middle / std::max(count, 1.0);
   if (down.norm() > 0.0) way -= way.dot(down) / down.squaredNorm() * down;
-  if (!(way.norm() > 1e-9 * problem.blocks[support].size)) {
+  if (!(way.norm() > 1e-9 * problem.blocks[support].size))
     throw std::invalid_argument("--thrust: the support stands right below the structure");
-  }
   return way.normalized();
 }
 

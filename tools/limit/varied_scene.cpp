@@ -23,9 +23,8 @@ double number(const std::string& text, const std::string& whole) {
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used == 0 || used != text.size() || !std::isfinite(value)) {
+  if (used == 0 || used != text.size() || !std::isfinite(value))
     refuse(whole, "\"" + text + "\" is no number");
-  }
   return value;
 }
 
@@ -62,9 +61,8 @@ Vary parse_vary(const std::string& text) {
   if (!(vary.from < vary.to)) refuse(text, "FROM must be less than TO");
   if (vary.what == "strength" && !(vary.from > 0.0)) refuse(text, "must be greater than 0");
   if (vary.what == "settlement" && vary.from != 0.0) refuse(text, "FROM has to be 0");
-  if (vary.what == "friction" && !(vary.from >= 0.0 && vary.to < 90.0)) {
+  if (vary.what == "friction" && !(vary.from >= 0.0 && vary.to < 90.0))
     refuse(text, "angles lie in [0, 90) degrees");
-  }
   return vary;
 }
 
@@ -76,9 +74,8 @@ std::vector<std::string> with_static_stage(const std::string& path,
              return change.starts_with("/" + key);
            });
   };
-  if (document.is_object() && !is_given("stages") && !is_given("end_time")) {
+  if (document.is_object() && !is_given("stages") && !is_given("end_time"))
     changes.emplace_back(R"(/stages=[{"analysis": "static"}])");
-  }
   return changes;
 }
 
@@ -161,11 +158,10 @@ Trial VariedScene::at(double value) {
   const bool load = vary_.what == "load";
   Trial trial{value, with_joints(load ? scene_ : changed_scene(value), joints_), problem_};
   trial.joints = joints_;
-  if (load) {
+  if (load)
     trial.factor = value - vary_.from;
-  } else {
+  else
     trial.problem = problem_of(trial.scene, joints_);
-  }
   trial.found = solver::find_equilibrium(trial.problem, trial.factor);
   factorizations += trial.found.factorizations;
   return trial;
@@ -205,13 +201,11 @@ Scene VariedScene::changed_scene(double value) const {
   } else if (vary_.what == "strength") {
     change_joints(scene, [&](solver::Joint& joint) {
       joint.friction_angle = std::atan(std::tan(joint.friction_angle) / value);
-      if (joint.residual_friction_angle >= 0.0) {
+      if (joint.residual_friction_angle >= 0.0)
         joint.residual_friction_angle = std::atan(std::tan(joint.residual_friction_angle) / value);
-      }
       for (double* strength :
-           {&joint.cohesion, &joint.tension, &joint.residual_cohesion, &joint.residual_tension}) {
+           {&joint.cohesion, &joint.tension, &joint.residual_cohesion, &joint.residual_tension})
         *strength /= value;
-      }
     });
   } else if (vary_.what == "friction") {
     change_joints(scene, [&](solver::Joint& joint) {

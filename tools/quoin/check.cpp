@@ -66,17 +66,15 @@ struct PairStart {
 
 std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
   double largest = 0.0;
-  for (const solver::Block& block : scene.blocks) {
+  for (const solver::Block& block : scene.blocks)
     largest = std::max(largest, is_free(block) ? size(block) : 0.0);
-  }
   geometry::ContactFinder finder({.reach = kNear * largest});
   std::vector<int> owners;  // by handle
   for (const solver::Block& block : scene.blocks) {
     const auto motion = is_free(block) ? geometry::BodyMotion::Moving : geometry::BodyMotion::Idle;
     std::vector<geometry::CompoundPart> parts;
-    for (const geometry::Shape& part : block.convex_parts()) {
+    for (const geometry::Shape& part : block.convex_parts())
       parts.push_back({std::shared_ptr<const geometry::Shape>(block.shape, &part)});
-    }
     const int body = block.parts ? finder.add_compound(parts, block.placement, {.motion = motion})
                                  : finder.add(block.shape, block.placement, {.motion = motion});
     owners.resize(owners.size() + parts.size(), static_cast<int>(&block - scene.blocks.data()));
@@ -84,9 +82,8 @@ std::vector<PairStart> pairs_at_start(const solver::Scene& scene) {
   }
   std::vector<ContactPoint> points;
   finder.find(points);
-  for (ContactPoint& point : points) {
+  for (ContactPoint& point : points)
     for (int* name : {&point.key.a, &point.key.b}) *name = owners[static_cast<std::size_t>(*name)];
-  }
   std::ranges::sort(points, {}, &ContactPoint::key);
   std::vector<PairStart> pairs;
   for (const ContactPoint& point : points) {
@@ -122,25 +119,17 @@ std::vector<int> without_support(const solver::Scene& scene, const std::vector<P
       open.push_back(block);
     }
   };
-  for (int b = 0; b < std::ssize(scene.blocks); ++b) {
-    if (!is_free(scene.blocks[static_cast<std::size_t>(b)])) {
-      hold(b);
-    }
-  }
-  for (const solver::FixedPoint& point : scene.fixed_points) {
-    hold(point.block);
-  }
+  for (int b = 0; b < std::ssize(scene.blocks); ++b)
+    if (!is_free(scene.blocks[static_cast<std::size_t>(b)])) hold(b);
+  for (const solver::FixedPoint& point : scene.fixed_points) hold(point.block);
   while (!open.empty()) {
     const int block = open.back();
     open.pop_back();
     std::ranges::for_each(touching[static_cast<std::size_t>(block)], hold);
   }
   std::vector<int> loose;
-  for (int b = 0; b < std::ssize(held); ++b) {
-    if (!held[static_cast<std::size_t>(b)]) {
-      loose.push_back(b);
-    }
-  }
+  for (int b = 0; b < std::ssize(held); ++b)
+    if (!held[static_cast<std::size_t>(b)]) loose.push_back(b);
   return loose;
 }
 
@@ -202,11 +191,10 @@ json contacts_json(const solver::Scene& scene, std::vector<PairStart> pairs) {
       ++touching;
       points += pair.points;
     }
-    if (pair.overlaps()) {
+    if (pair.overlaps())
       overlaps.push_back(pair_json(scene, pair));
-    } else if (!pair.touches()) {
+    else if (!pair.touches())
       gaps.push_back(pair_json(scene, pair));
-    }
   }
   return {{"pairs", touching}, {"points", points},     {"area", area},
           {"types", types},    {"overlaps", overlaps}, {"gaps", gaps}};
@@ -219,9 +207,7 @@ json time_step_json(const SceneFile& file, const solver::Scene& scene,
                     const solver::StepReport& trial) {
   double omega = 0.0, smallest = std::numeric_limits<double>::infinity();
   for (const solver::Block& block : scene.blocks) {
-    if (is_free(block)) {
-      smallest = std::min(smallest, size(block));
-    }
+    if (is_free(block)) smallest = std::min(smallest, size(block));
     if (block.kind == BlockKind::Deformable) {
       omega = std::max(omega, std::numbers::pi / size(block) *
                                   std::sqrt(block.material.young / block.material.density));
@@ -307,9 +293,8 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
   const std::vector<PairStart> pairs = pairs_at_start(scene);
   const json refused = refused_pair(scene, pairs);
   json loose = json::array();
-  for (const int block : without_support(scene, pairs)) {
+  for (const int block : without_support(scene, pairs))
     loose.push_back(scene.blocks[static_cast<std::size_t>(block)].name);
-  }
   json report = {{"scene", path},
                  {"title", file.title},
                  {"blocks", blocks_json(scene)},
@@ -338,9 +323,7 @@ void print_pairs(const char* what, const json& pairs) {
                 pairs[i]["a"].get_ref<const std::string&>().c_str(),
                 pairs[i]["b"].get_ref<const std::string&>().c_str());
   }
-  if (pairs.size() > kMost) {
-    std::printf("  … %zu in all (--json lists them)\n", pairs.size());
-  }
+  if (pairs.size() > kMost) std::printf("  … %zu in all (--json lists them)\n", pairs.size());
 }
 
 void print_start(const json& report) {
@@ -357,21 +340,16 @@ void print_start(const json& report) {
   const json& contacts = report["contacts"];
   std::printf("  touching pairs: %d, %d contact points, %.4g m2\n", contacts["pairs"].get<int>(),
               contacts["points"].get<int>(), contacts["area"].get<double>());
-  for (const auto& [type, count] : contacts["types"].items()) {
+  for (const auto& [type, count] : contacts["types"].items())
     std::printf("    %-14s %d\n", type.c_str(), count.get<int>());
-  }
   print_pairs("overlap", contacts["overlaps"]);
   print_pairs("gap", contacts["gaps"]);
   const json& loose = report["without_support"];
-  for (std::size_t i = 0; i < std::min<std::size_t>(10, loose.size()); ++i) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(10, loose.size()); ++i)
     std::printf("  without support: %s\n", loose[i].get_ref<const std::string&>().c_str());
-  }
-  if (loose.size() > 10) {
-    std::printf("  … %zu in all\n", loose.size());
-  }
-  for (const json& note : report["notes"]) {
+  if (loose.size() > 10) std::printf("  … %zu in all\n", loose.size());
+  for (const json& note : report["notes"])
     std::printf("  %s\n", note.get_ref<const std::string&>().c_str());
-  }
   for (const json& point : report["points_outside"]) {
     std::printf("  outside its block \"%s\": %s at (%g, %g, %g) m\n",
                 point["block"].get_ref<const std::string&>().c_str(),
@@ -398,9 +376,8 @@ void print_run(const json& report) {
                 trial["most_steps"].get<long>(), seconds, trial["most_seconds"].get<double>(),
                 trial["memory_mb"].get<double>());
   }
-  for (const json& line : report["left_out"]) {
+  for (const json& line : report["left_out"])
     std::printf("  left out: %s\n", line.get_ref<const std::string&>().c_str());
-  }
 }
 
 int check(const CheckArguments& arguments) {
@@ -411,9 +388,7 @@ int check(const CheckArguments& arguments) {
     std::printf("%s\n", report.dump(2, ' ', false, json::error_handler_t::replace).c_str());
   } else {
     print_start(report);
-    if (!refused) {
-      print_run(report);
-    }
+    if (!refused) print_run(report);
   }
   if (refused) {
     const json& pair = report["refused_pair"];

@@ -54,9 +54,8 @@ void check_hash(std::istream& in) {
   const std::streamoff size = in.tellg() - static_cast<std::streamoff>(sizeof written);
   in.seekg(0);
   const std::uint64_t found = hash_of(in, kHashOfNothing, size);
-  if (size < 0 || !in.read(reinterpret_cast<char*>(&written), sizeof written) || written != found) {
+  if (size < 0 || !in.read(reinterpret_cast<char*>(&written), sizeof written) || written != found)
     throw FileError("the checkpoint is damaged, or of another program");
-  }
   in.seekg(0);
 }
 
@@ -86,9 +85,7 @@ void write_checkpoint(OutputFolder& folder, const RunRequest& request, RunFiles&
   out.close();
   if (!out) throw scene_file::unwritable(part.string());
   sync(part);
-  if (std::rename(part.c_str(), path.c_str()) != 0) {
-    throw scene_file::unwritable(path.string());
-  }
+  if (std::rename(part.c_str(), path.c_str()) != 0) throw scene_file::unwritable(path.string());
 }
 
 RunRequest read_request(std::istream& in) {

@@ -27,9 +27,8 @@ std::string shared_file(const std::string& name) {
   std::error_code none;
   const fs::path command = fs::read_symlink("/proc/self/exe", none);
   for (const fs::path& folder :
-       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR)}) {
+       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR)})
     if (fs::exists(folder / name, none)) return (folder / name).string();
-  }
   throw scene_file::FileError(name + ": is not installed beside the command");
 }
 

@@ -34,9 +34,7 @@ struct PlacedHull {
 
 PlacedHull read_hull(const nlohmann::json& line, const char* body) {
   const std::string name = std::string("\"") + body + "\"";
-  if (!line.contains(body)) {
-    throw geometry::InputError(name + " is missing");
-  }
+  if (!line.contains(body)) throw geometry::InputError(name + " is missing");
   const scene_file::PlacedPoints placed = scene_file::read_placed_points(line[body], name);
   try {
     return {geometry::make_hull(placed.points), placed.placement};
@@ -46,9 +44,7 @@ PlacedHull read_hull(const nlohmann::json& line, const char* body) {
 }
 
 double read_tolerance(const nlohmann::json& line) {
-  if (!line.contains("tol")) {
-    return 0.0;  // the default of each pair
-  }
+  if (!line.contains("tol")) return 0.0;  // the default of each pair
   const nlohmann::json& tolerance = line["tol"];
   if (!tolerance.is_number() || !(tolerance.get<double>() > 0.0)) {
     throw geometry::InputError("\"tol\" is " + scene_file::shown(tolerance) +
@@ -64,9 +60,7 @@ Json to_json(const geometry::Vector3& v) {
 
 Json feature_json(const geometry::SupportSet& set, const geometry::Hull& hull) {
   Json vertices = Json::array();
-  for (int v : set.vertices) {
-    vertices.push_back(hull.input_index[static_cast<std::size_t>(v)]);
-  }
+  for (int v : set.vertices) vertices.push_back(hull.input_index[static_cast<std::size_t>(v)]);
   return {{"kind", name(set.kind)}, {"vertices", std::move(vertices)}};
 }
 
@@ -86,11 +80,8 @@ Json contact_json(const geometry::Hull& a, const geometry::Hull& b,
                   const geometry::PairContact& contact) {
   const geometry::NearestFeatures& nearest = contact.nearest;
   Json polygon = Json::array();
-  if (contact.polygon.size() > 1) {  // one point is neither a polygon nor a segment
-    for (const geometry::Vector3& corner : contact.polygon) {
-      polygon.push_back(to_json(corner));
-    }
-  }
+  if (contact.polygon.size() > 1)  // one point is neither a polygon nor a segment
+    for (const geometry::Vector3& corner : contact.polygon) polygon.push_back(to_json(corner));
   Json features;
   features["a"] = feature_json(contact.support_a, a);
   features["b"] = feature_json(contact.support_b, b);
@@ -127,9 +118,7 @@ Json published_json(const geometry::PublishedAnswer& found, double tolerance) {
 Json salvaged_id(const std::string& text) {
   const std::size_t key = text.find("\"id\"");
   const std::size_t colon = key == std::string::npos ? key : text.find(':', key);
-  if (colon == std::string::npos) {
-    return nullptr;
-  }
+  if (colon == std::string::npos) return nullptr;
   const std::size_t end = text.find_first_of(",}", colon);
   const Json id = Json::parse(text.substr(colon + 1, end - colon - 1), nullptr, false);
   return id.is_discarded() ? Json(nullptr) : id;
@@ -138,11 +127,9 @@ Json salvaged_id(const std::string& text) {
 /// Beside what is worked with, a pair may say where it is from and what its answer is.
 void check_keys(const Json& line) {
   constexpr std::string_view kKeys[] = {"id", "a", "b", "tol", "source", "what", "exact", "expect"};
-  for (const auto& [key, value] : line.items()) {
-    if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys)) {
+  for (const auto& [key, value] : line.items())
+    if (std::find(std::begin(kKeys), std::end(kKeys), key) == std::end(kKeys))
       throw geometry::InputError("unknown key " + scene_file::shown(key));
-    }
-  }
 }
 
 /// Whose answers are wanted, how much of them, and what the published search did.
@@ -183,9 +170,7 @@ Json answer(const std::string& text, long number, Question& question, bool& bad)
   result["id"] = nullptr;
   try {
     const Json line = scene_file::parse_json(text);
-    if (!line.is_object()) {
-      throw geometry::InputError("the line is not a JSON object");
-    }
+    if (!line.is_object()) throw geometry::InputError("the line is not a JSON object");
     result["id"] = line.value("id", Json(nullptr));
     check_keys(line);
     const PlacedHull a = read_hull(line, "a"), b = read_hull(line, "b");
@@ -217,9 +202,7 @@ int contact_pairs(const std::string& path, Question& question) {
   long number = 0;
   for (std::string text; std::getline(in, text);) {
     ++number;
-    if (text.find_first_not_of(" \t\r") == std::string::npos) {
-      continue;
-    }
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
     const std::string line =
         answer(text, number, question, bad).dump(-1, ' ', false, Json::error_handler_t::replace);
     std::printf("%s\n", line.c_str());

@@ -42,9 +42,8 @@ std::string obj_text(const CutBody& body) {
       const int joint = cell.face_joints[f];
       text += "usemtl " + (joint < 0 ? "surface" : body.joints[static_cast<std::size_t>(joint)]);
       text += "\nf";
-      for (const int v : cell.shape.topology().face(static_cast<int>(f))) {
+      for (const int v : cell.shape.topology().face(static_cast<int>(f)))
         text += " " + std::to_string(before + v);
-      }
       text += "\n";
     }
     before += cell.shape.vertex_count();

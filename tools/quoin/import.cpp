@@ -117,18 +117,16 @@ int import_file(const ImportArguments& arguments) {
     m += of_block.size();
   }
   Ordered head = {{"title", "Blocks of " + arguments.file}};
-  if (format == MeshFormat::Chrono || format == MeshFormat::RigidIpc) {
+  if (format == MeshFormat::Chrono || format == MeshFormat::RigidIpc)
     head["gravity"] = {0, -9.81, 0};  // both have y up
-  }
   for (const auto& [density, name] : materials) head["materials"][name] = {{"density", density}};
   head["joint"] = {{"friction_angle_deg", arguments.friction_deg}};
   head["stages"] = Ordered::array({Ordered{{"analysis", "static"}}});
   save_text(arguments.out, scene_text(head, blocks));
   std::fprintf(stderr, "%zu blocks (%zu fixed; %zu of %zu convex parts), %.9g m3\n", told.blocks,
                told.fixed, told.compounds, told.parts, told.volume);
-  if (told.taken > 0) {
+  if (told.taken > 0)
     std::fprintf(stderr, "taken for convex: up to %.3g m below the hull\n", told.taken);
-  }
   return kDone;
 }
 

@@ -52,9 +52,7 @@ void find_nearest_support(const std::vector<int>& supports, std::vector<BlockInf
   }
   std::sort(near.begin(), near.end());
   for (const auto& [distance, s] : near) {
-    if (block.support >= 0 && distance > std::max(0.0, block.gap)) {
-      return;
-    }
+    if (block.support >= 0 && distance > std::max(0.0, block.gap)) return;
     const double gap =
         geometry::nearest_features(*block.shape, *blocks[static_cast<std::size_t>(s)].shape).gap;
     if (block.support < 0 || gap < block.gap) {
@@ -73,18 +71,13 @@ std::vector<BlockInfo> look_at(const std::vector<MeshBlock>& meshes, double tole
     blocks[b].mesh = &meshes[b];
     try {
       blocks[b].shape = scene_file::convex_block(meshes[b], tolerance, &taken);
-      if (meshes[b].is_support) {
-        supports.push_back(static_cast<int>(b));
-      }
+      if (meshes[b].is_support) supports.push_back(static_cast<int>(b));
     } catch (const geometry::InputError& error) {
       blocks[b].fault = error.what();
     }
   }
-  for (BlockInfo& block : blocks) {
-    if (block.shape && !block.mesh->is_support) {
-      find_nearest_support(supports, blocks, block);
-    }
-  }
+  for (BlockInfo& block : blocks)
+    if (block.shape && !block.mesh->is_support) find_nearest_support(supports, blocks, block);
   return blocks;
 }
 
@@ -169,16 +162,12 @@ int info(const InfoArguments& arguments) {
     mesh.vertices *= length_of(arguments.units);
     mesh.rounding *= length_of(arguments.units);
   }
-  if (arguments.supports == "lowest_course") {
-    scene_file::mark_lowest_course(meshes);
-  }
+  if (arguments.supports == "lowest_course") scene_file::mark_lowest_course(meshes);
   double taken = 0.0;
   const std::vector<BlockInfo> blocks = look_at(meshes, arguments.convexity_tolerance, taken);
   if (arguments.json) {
     json list = json::array();
-    for (const BlockInfo& block : blocks) {
-      list.push_back(block_json(block, blocks));
-    }
+    for (const BlockInfo& block : blocks) list.push_back(block_json(block, blocks));
     std::printf("%s\n", json{{"file", arguments.file}, {"blocks", list}}
                             .dump(2, ' ', false, json::error_handler_t::replace)
                             .c_str());

@@ -23,9 +23,8 @@ geometry::Placement placement_now(const solver::Simulation& simulation, int bloc
   const geometry::Shape& shape = *simulation.scene().blocks[static_cast<std::size_t>(block)].shape;
   const Vector3 origin = solver::local_point(state, block, Vector3::Zero());
   Matrix3 linear;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     linear.col(i) = solver::local_point(state, block, Vector3::Unit(i)) - origin;
-  }
   const Vector3 arm = simulation.reference_arms(block).col(0);
   return {.linear = linear * start.linear,
           .translation = origin + linear * (arm - start.linear * shape.vertex(0))};
@@ -74,9 +73,8 @@ class Sum {
     }
     joint_.normal.normalize();
     middle = joint_.area > 0 ? Vector3(middle / joint_.area) : mean;
-    for (const Contact& contact : contacts_) {
+    for (const Contact& contact : contacts_)
       joint_.moment += (contact.point.point() - middle).cross(force_on_b(contact));
-    }
     joint_.centre = joint_.normal_force > 0 ? Vector3(pressed / joint_.normal_force) : middle;
     joint_.edge_stress = edge_stress().value_or(-1.0);
     return joint_;
@@ -110,12 +108,10 @@ class Sum {
 
 void append_joined(std::span<const Contact> contacts, std::vector<JointedPair>& pairs) {
   const std::size_t before = pairs.size();
-  for (const Contact& contact : contacts) {
+  for (const Contact& contact : contacts)
     if (contact.mode != solver::ContactMode::Open &&
-        (pairs.size() == before || pairs.back() != pair_of(contact))) {
+        (pairs.size() == before || pairs.back() != pair_of(contact)))
       pairs.push_back(pair_of(contact));
-    }
-  }
   std::ranges::inplace_merge(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(before));
   pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
 }

@@ -63,19 +63,17 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
   result["gradual"] =
       reached_json(limit_analysis::gradual_loading(scenes, limit, half, show_progress));
   result["coulomb_mechanism"] = nullptr;
-  if (const auto found = limit_analysis::coulomb_mechanism(scenes, limit, half, show_progress)) {
+  if (const auto found = limit_analysis::coulomb_mechanism(scenes, limit, half, show_progress))
     result["coulomb_mechanism"] = {{"value", found->value}, {"excess", found->excess}};
-  }
   // The value nearest to the safe end of all that is lost, or falls.
   const bool rises = limit_analysis::rises(scenes.vary(), limit);
   std::optional<double> safe;
   if (stands != nullptr) safe = stands->value;
   const auto take = [&](const json& value) {
-    if (value.is_null()) {
+    if (value.is_null())
       safe.reset();
-    } else if (safe) {
+    else if (safe)
       safe = rises ? std::min(*safe, value.get<double>()) : std::max(*safe, value.get<double>());
-    }
   };
   take(result["sudden"]["holds"]);
   take(result["gradual"]["holds"]);
@@ -102,9 +100,8 @@ void print_loading(const json& loading) {
     std::printf("  safe to count on: %.6g, the least of what follows\n",
                 loading["safe"].get<double>());
   }
-  for (const char* how : {"sudden", "gradual"}) {
+  for (const char* how : {"sudden", "gradual"})
     if (loading.contains(how)) print_reached(how, loading[how]);
-  }
   if (const json found = loading.value("coulomb_mechanism", json()); !found.is_null()) {
     std::printf(
         "  a mechanism without dilation was found at %.6g (friction exceeded by %.1e of the "
@@ -115,11 +112,10 @@ void print_loading(const json& loading) {
 
 void print(const json& report) {
   const auto line = [&](const char* key, const char* text) {
-    if (report[key].is_null()) {
+    if (report[key].is_null())
       std::printf("  %s: not within the range\n", text);
-    } else {
+    else
       std::printf("  %s %.9g\n", text, report[key]["value"].get<double>());
-    }
   };
   std::printf("%s: %s\n", report["scene"].get<std::string>().c_str(),
               report["vary"].get<std::string>().c_str());
@@ -226,9 +222,8 @@ void print_thrust(const json& report) {
       }
     }
   };
-  if (!report["least"]["why"].is_null()) {
+  if (!report["least"]["why"].is_null())
     std::printf("  %s\n", report["least"]["why"].get<std::string>().c_str());
-  }
   print_side("least", "least thrust");
   print_side("greatest", "greatest thrust");
   print_side("shrink", "joints shrunk to a share");
@@ -314,9 +309,8 @@ int limit(const LimitArguments& arguments) {
                       : limit_analysis::prove(scenes, arguments.tolerance);
   const bool brittle = !sinks && limit_analysis::has_tension(scenes.file().scene);
   auto stands = brittle ? limit_analysis::stands_brittle(scenes, arguments.tolerance) : nullptr;
-  if (!sinks) {
+  if (!sinks)
     loading = loading_json(arguments, scenes, limit, brittle ? stands.get() : limit.stands.get());
-  }
   if (brittle) {
     const json safe = loading.is_null() ? json() : loading["safe"];
     take_brittle(std::move(stands), safe, arguments.tolerance, limit);
@@ -381,9 +375,8 @@ void add_limit_command(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] {
     const auto asked = [&] {
       const bool varies = !arguments->vary.empty(), thrusts = !arguments->thrust.empty();
-      if (int{varies} + int{thrusts} + int{arguments->each} != 1) {
+      if (int{varies} + int{thrusts} + int{arguments->each} != 1)
         throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
-      }
       arguments->changes = limit_analysis::with_static_stage(arguments->scene, arguments->changes);
       if (arguments->each) return each(*arguments);
       return thrusts ? thrust(*arguments) : limit(*arguments);

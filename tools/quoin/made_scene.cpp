@@ -33,9 +33,7 @@ void check_count(double blocks) {
 
 json points(const std::vector<Vector3>& list) {
   json all = json::array();
-  for (const Vector3& point : list) {
-    all.push_back(vector(point));
-  }
+  for (const Vector3& point : list) all.push_back(vector(point));
   return all;
 }
 
@@ -109,9 +107,8 @@ double Made::end_time(double otherwise) const {
 
 void Made::save_standing(double time_step) const {
   json stages = json::array({json{{"analysis", "static"}}});
-  if (stone_.end_time > 0) {
+  if (stone_.end_time > 0)
     stages.push_back({{"analysis", "dynamic"}, {"end_time", stone_.end_time}});
-  }
   save(time_step, stages);
 }
 
@@ -127,9 +124,7 @@ void Made::save_changing(double time_step, double otherwise, const json& change)
 
 void Made::save(double time_step, const json& stages) const {
   json material = {{"density", stone_.density}};
-  if (stone_.young > 0) {
-    material["young"] = stone_.young;
-  }
+  if (stone_.young > 0) material["young"] = stone_.young;
   json materials = {{"stone", material}};
   materials.update(materials_);
   json head = {{"title", title_},
@@ -151,13 +146,11 @@ void Made::save(double time_step, const json& stages) const {
 
 std::string scene_text(const json& head, const json& blocks) {
   std::string text = "{\n";
-  for (const auto& [key, value] : head.items()) {
+  for (const auto& [key, value] : head.items())
     text += "  " + json(key).dump() + ": " + value.dump() + ",\n";
-  }
   text += "  \"blocks\": [\n";
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
+  for (std::size_t b = 0; b < blocks.size(); ++b)
     text += "    " + blocks[b].dump() + (b + 1 < blocks.size() ? ",\n" : "\n");
-  }
   return text + "  ]\n}\n";
 }
 
@@ -166,15 +159,12 @@ void save_text(const std::string& path, const std::string& text) {
     std::fputs(text.c_str(), stdout);
     return;
   }
-  if (std::filesystem::is_regular_file(path)) {  // it may be a made scene that was changed
+  if (std::filesystem::is_regular_file(path))  // it may be a made scene that was changed
     throw scene_file::FileError(path + ": is there already; take another name or remove it");
-  }
   std::ofstream file(path);
   file << text;
   file.close();
-  if (!file) {
-    throw scene_file::unwritable(path);
-  }
+  if (!file) throw scene_file::unwritable(path);
 }
 
 }  // namespace quoin::commands

@@ -18,9 +18,8 @@ namespace {
 
 /// What was printed may be stuck in a full disk or a closed pipe.
 int all_is_told() {
-  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) {
+  if (std::cout.flush() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0)
     return quoin::commands::kDone;
-  }
   quoin::commands::complain("standard output can't be written");
   return quoin::commands::kFailed;
 }
@@ -84,9 +83,8 @@ int main(int argc, char** argv) {
   const auto command = [&]() -> int {
     try {
       app.parse(argc, argv);
-      if (app.get_subcommands().empty()) {
+      if (app.get_subcommands().empty())
         throw CLI::RequiredError("a command (quoin --help names them)");
-      }
     } catch (const CLI::ParseError& error) {
       return tell(app, error,
                   std::find(argv, argv + argc, std::string_view("--mpi")) < argv + argc);

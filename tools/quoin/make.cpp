@@ -35,9 +35,8 @@ void make_arch(const Stone& stone, const Arch& arch) {
     throw CLI::ValidationError("--angle-deg",
                                "must leave room for two abutments, each as wide as a block");
   }
-  if (arch.fill > 0 && arch.angle_deg * (1.0 + 2.0 / arch.blocks) > 180.0) {
+  if (arch.fill > 0 && arch.angle_deg * (1.0 + 2.0 / arch.blocks) > 180.0)
     throw CLI::ValidationError("--fill", "lies on arches of up to 180 degrees, abutments included");
-  }
   Made made(stone, "Circular arch", arch.blocks);
   const double step = arch.angle_deg * kDegree / arch.blocks;
   const auto at = [&](double radius, int joint) {
@@ -377,9 +376,8 @@ void add_make_command(CLI::App& app, int& exit_code) {
       "make", "Write a scene to read and change: structures that stand, and moving ones");
   make->require_subcommand(0, 1);  // before it a name that is none would be told as a lack of one
   make->callback([make] {
-    if (make->get_subcommands().empty()) {
+    if (make->get_subcommands().empty())
       throw CLI::RequiredError("a shape (quoin make --help names them)");
-    }
   });
   ShapeList shapes(*make, exit_code);
   add_walls(shapes);

@@ -48,9 +48,8 @@ Vector3 middle_of(std::span<const Vector3> corners) {
 /// Outwards, m2.
 Vector3 area_of(const solver::PressureLoad& load) {
   Vector3 sum = Vector3::Zero();
-  for (std::size_t i = 1; i + 1 < load.corners.size(); ++i) {
+  for (std::size_t i = 1; i + 1 < load.corners.size(); ++i)
     sum += (load.corners[i] - load.corners[0]).cross(load.corners[i + 1] - load.corners[0]);
-  }
   return 0.5 * sum;
 }
 
@@ -129,20 +128,17 @@ struct Marks {
   void add_all(const solver::Scene& scene) {
     const auto body = [&](int b) { return scene.blocks[static_cast<std::size_t>(b)].body(); };
     const auto centroid = [&](int b) { return geometry::mass_properties(body(b)).centroid; };
-    for (const solver::PointLoad& load : scene.point_loads) {
+    for (const solver::PointLoad& load : scene.point_loads)
       add(scene, "load", load.block, load.point, &load.force, "N");
-    }
     for (const solver::FaceLoad& load : scene.face_loads) {
       add(scene, "traction", load.block, middle_of_face(body(load.block), load.face),
           &load.traction, "Pa");
     }
-    for (const solver::BodyLoad& load : scene.body_loads) {
+    for (const solver::BodyLoad& load : scene.body_loads)
       add(scene, "body load", load.block, centroid(load.block), &load.force, "N/m3");
-    }
     add_water(scene);
-    for (const solver::FixedPoint& point : scene.fixed_points) {
+    for (const solver::FixedPoint& point : scene.fixed_points)
       add(scene, "fixed point", point.block, point.point);
-    }
     constexpr const char* kUnits[] = {"m", "m/s", "m/s2"};
     for (int b = 0; b < std::ssize(scene.blocks); ++b) {
       const solver::Block& block = scene.blocks[static_cast<std::size_t>(b)];
@@ -158,12 +154,10 @@ struct Marks {
 json marks_json(const SceneFile& file) {
   Marks marks{seconds_of(file)};
   marks.add_all(file.scene);
-  for (const scene_file::Stage& stage : file.stages) {
+  for (const scene_file::Stage& stage : file.stages)
     if (stage.scene) marks.add_all(*stage.scene);
-  }
-  for (const scene_file::Monitor& monitor : file.monitors) {
+  for (const scene_file::Monitor& monitor : file.monitors)
     if (monitor.point) marks.add(file.scene, "monitor", monitor.blocks.at(0), *monitor.point);
-  }
   return marks.found;
 }
 

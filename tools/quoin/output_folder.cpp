@@ -87,9 +87,8 @@ std::map<std::string, Entry> read_manifest(const fs::path& folder) {
   std::ifstream in(folder / kManifest);
   try {
     const nlohmann::json manifest = nlohmann::json::parse(in);
-    for (const auto& [name, entry] : manifest.at("files").items()) {
+    for (const auto& [name, entry] : manifest.at("files").items())
       entries[name] = {entry.at("size"), entry.at("hash")};
-    }
   } catch (const nlohmann::json::exception&) {
     refuse(folder / kManifest, "is no manifest that quoin wrote");
   }
@@ -123,9 +122,8 @@ void check_replaceable(const fs::path& folder) {
   struct stat own {
   }, above{};
   if (::stat(folder.c_str(), &own) == 0 && ::stat(folder.parent_path().c_str(), &above) == 0 &&
-      (own.st_dev != above.st_dev || own.st_ino == above.st_ino)) {
+      (own.st_dev != above.st_dev || own.st_ino == above.st_ino))
     refuse(folder, "is the top of a file system and can't be replaced; name a folder in it");
-  }
   if (const std::optional<FileError> error = foreign_file(folder)) throw FileError(*error);
 }
 
@@ -133,9 +131,8 @@ void check_replaceable(const fs::path& folder) {
 fs::path resolved(const fs::path& folder) {
   fs::path path = fs::absolute(folder).lexically_normal();
   if (!path.has_filename()) path = path.parent_path();
-  if (fs::is_symlink(fs::symlink_status(path)) && !fs::exists(path)) {
+  if (fs::is_symlink(fs::symlink_status(path)) && !fs::exists(path))
     refuse(path, "is a link to nothing");
-  }
   return fs::exists(path) ? fs::canonical(path) : path;
 }
 
@@ -148,9 +145,8 @@ void remove_listed(const fs::path& folder, const std::vector<std::string>& names
   std::error_code ignored;
   for (const std::string& name : names) {
     if (name.find('/') != std::string::npos) continue;
-    for (const char* ending : {"", ".part"}) {
+    for (const char* ending : {"", ".part"})
       if (is_plain_file(folder / (name + ending))) fs::remove(folder / (name + ending), ignored);
-    }
   }
 }
 
@@ -187,9 +183,8 @@ int lock_of_dead_run(const fs::path& part) {
 std::vector<fs::path> parts_of(const fs::path& folder) {
   std::vector<fs::path> parts;
   if (!fs::exists(folder.parent_path())) return parts;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder.parent_path())) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder.parent_path()))
     if (is_part_of(entry.path().filename().string(), folder)) parts.push_back(entry.path());
-  }
   return parts;
 }
 
@@ -247,9 +242,7 @@ void mark_as_left(const fs::path& folder, const std::vector<std::string>& names)
 
 fs::path new_part(const fs::path& folder) {
   std::string name = folder.string() + kPart + "XXXXXX";
-  if (::mkdtemp(name.data()) == nullptr) {
-    throw scene_file::unwritable(folder.string());
-  }
+  if (::mkdtemp(name.data()) == nullptr) throw scene_file::unwritable(folder.string());
   const mode_t mask = ::umask(0);
   ::umask(mask);
   ::chmod(name.c_str(), 0777 & ~mask);  // as any new folder, not for its owner alone
@@ -327,11 +320,10 @@ OutputFolder OutputFolder::reopen(const fs::path& folder) {
     }
     if (!fs::exists(named))
       refuse(named, "there is no such folder, and no checkpoint to go on from");
-    if (!is_plain_file(named / kCheckpoint)) {
+    if (!is_plain_file(named / kCheckpoint))
       refuse(named, is_plain_file(named / kManifest)
                         ? "its run has ended, there is no checkpoint to go on from"
                         : "there is no checkpoint to go on from");
-    }
     const std::map<std::string, Entry> ours = read_manifest(named);
     check_replaceable(named);
     {
@@ -364,9 +356,8 @@ fs::path OutputFolder::file(const std::string& name) {
   copied_ = false;
   if (std::find(names_.begin(), names_.end(), name) == names_.end()) {
     const std::string line = name + "\n";
-    if (::write(journal_, line.data(), line.size()) != std::ssize(line)) {
+    if (::write(journal_, line.data(), line.size()) != std::ssize(line))
       throw scene_file::unwritable((part_ / kJournal).string());
-    }
     names_.push_back(name);
   }
   return part_ / name;
@@ -387,9 +378,8 @@ void OutputFolder::commit(Checkpoint checkpoint) {
       std::vector<std::string> old;
       for (const auto& [name, entry] : read_manifest(folder_)) old.push_back(name);
       mark_as_left(folder_, old);
-      if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) != 0) {
+      if (::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) != 0)
         throw fs::filesystem_error("", std::error_code(errno, std::generic_category()));
-      }
       remove_ours(part_, old);
     }
   });

@@ -18,9 +18,7 @@ namespace {
 std::string python(const std::string& package) {
   for (const char* name : {"python3", "/usr/bin/python3"}) {
     const std::string tried = std::string(name) + " -c 'import " + package + "' >/dev/null 2>&1";
-    if (std::system(tried.c_str()) == 0) {
-      return name;
-    }
+    if (std::system(tried.c_str()) == 0) return name;
   }
   throw scene_file::FileError("no python3 with " + package + " (Debian: python3-" + package + ")");
 }
@@ -30,9 +28,7 @@ std::string python(const std::string& package) {
   const std::string command = std::filesystem::read_symlink("/proc/self/exe", none).string();
   setenv("QUOIN", command.c_str(), 1);  // the programs call it back
   std::vector<char*> pointers;
-  for (std::string& word : words) {
-    pointers.push_back(word.data());
-  }
+  for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   execvp(pointers[0], pointers.data());
   throw scene_file::FileError(words[0] + ": can't be run: " + std::strerror(errno));
@@ -57,9 +53,8 @@ void run_python_program(const std::string& name, std::vector<std::string> words)
     }
   }
   int status = 0;
-  if (process < 0 || waitpid(process, &status, 0) < 0 || status != 0) {
+  if (process < 0 || waitpid(process, &status, 0) < 0 || status != 0)
     throw scene_file::FileError(name + ": failed");
-  }
 }
 
 }  // namespace quoin::commands

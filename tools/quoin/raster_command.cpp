@@ -13,26 +13,23 @@ namespace {
 template <typename Number>
 std::vector<Number> read(std::size_t count) {
   std::vector<Number> values(count);
-  if (std::fread(values.data(), sizeof(Number), count, stdin) != count) {
+  if (std::fread(values.data(), sizeof(Number), count, stdin) != count)
     throw scene_file::FileError("standard input: ends too early");
-  }
   return values;
 }
 
 template <typename Number>
 void write(const std::vector<Number>& values) {
-  if (std::fwrite(values.data(), sizeof(Number), values.size(), stdout) != values.size()) {
+  if (std::fwrite(values.data(), sizeof(Number), values.size(), stdout) != values.size())
     throw scene_file::FileError("standard output: can't be written");
-  }
 }
 
 /// Width, height, samples, polygons, corners (int32); axes, centre, scale, light, line (double);
 /// then the arrays of raster::Polygons in the order first, corners, colours.
 int picture() {
   const std::vector<std::int32_t> sizes = read<std::int32_t>(5);
-  if (std::ranges::any_of(sizes, [](std::int32_t size) { return size < 0; })) {
+  if (std::ranges::any_of(sizes, [](std::int32_t size) { return size < 0; }))
     throw std::invalid_argument("raster: a size is negative");
-  }
   const std::vector<double> v = read<double>(16);
   raster::View view{sizes[0], sizes[1], sizes[2], {}, {v[9], v[10]}, v[11], {v[12], v[13], v[14]},
                     v[15]};

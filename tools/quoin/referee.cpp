@@ -53,11 +53,8 @@ std::vector<std::string> shipped_plugins() {
   for (const fs::path& folder :
        {command.parent_path().parent_path() / QUOIN_PLUGIN_DIR, fs::path(QUOIN_BUILT_PLUGINS)}) {
     std::vector<std::string> files;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
-      if (entry.path().extension() == ".so") {
-        files.push_back(entry.path().string());
-      }
-    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, none))
+      if (entry.path().extension() == ".so") files.push_back(entry.path().string());
     if (!files.empty()) {
       std::sort(files.begin(), files.end());
       return files;
@@ -71,28 +68,20 @@ std::vector<int> chosen_families(const std::string& pattern) {
   const std::vector<std::string>& names = referee::family_names();
   try {
     const std::regex wanted(pattern);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (std::regex_search(names[i], wanted)) {
-        chosen.push_back(static_cast<int>(i));
-      }
-    }
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (std::regex_search(names[i], wanted)) chosen.push_back(static_cast<int>(i));
   } catch (const std::regex_error&) {
     throw std::invalid_argument("--family: is no regular expression");
   }
-  if (chosen.empty()) {
-    throw std::invalid_argument("--family: no family's name matches");
-  }
+  if (chosen.empty()) throw std::invalid_argument("--family: no family's name matches");
   return chosen;
 }
 
 referee::Solid read_solid(const nlohmann::json& line, const char* body) {
-  if (!line.contains(body)) {
-    throw geometry::InputError("\"" + std::string(body) + "\" is missing");
-  }
+  if (!line.contains(body)) throw geometry::InputError("\"" + std::string(body) + "\" is missing");
   const scene_file::PlacedPoints placed = scene_file::read_placed_points(line[body], body);
-  if (placed.points.cols() == 0) {
+  if (placed.points.cols() == 0)
     throw geometry::InputError("\"" + std::string(body) + "\" has no points");
-  }
   if (placed.points.cwiseAbs().maxCoeff() > kLargestCoordinate) {
     throw geometry::InputError("\"" + std::string(body) +
                                "\" has a coordinate above 1e100 m: volumes would overflow");
@@ -102,16 +91,12 @@ referee::Solid read_solid(const nlohmann::json& line, const char* body) {
 
 std::vector<referee::SolidPair> read_pairs(const std::string& path) {
   std::ifstream in(path);
-  if (!in || fs::is_directory(path)) {
-    throw FileError(path + ": can't be read");
-  }
+  if (!in || fs::is_directory(path)) throw FileError(path + ": can't be read");
   std::vector<referee::SolidPair> pairs;
   long number = 0;
   for (std::string text; std::getline(in, text);) {
     ++number;
-    if (text.find_first_not_of(" \t\r") == std::string::npos) {
-      continue;
-    }
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
       const nlohmann::json line = scene_file::parse_json(text);
       const std::string id = line.is_object() && line.contains("id") && line["id"].is_string()
@@ -122,29 +107,21 @@ std::vector<referee::SolidPair> read_pairs(const std::string& path) {
       throw std::invalid_argument(path + ", line " + std::to_string(number) + ": " + error.what());
     }
   }
-  if (pairs.empty()) {
-    throw std::invalid_argument(path + ": it has no pair");
-  }
+  if (pairs.empty()) throw std::invalid_argument(path + ": it has no pair");
   return pairs;
 }
 
 void write(const fs::path& path, const std::string& text) {
   std::ofstream out(path);
   out << text;
-  if (!out.flush()) {
-    throw scene_file::unwritable(path.string());
-  }
+  if (!out.flush()) throw scene_file::unwritable(path.string());
 }
 
 /// Says what is wrong with a path before the run, not behind it.
 void check_writable(const std::string& path) {
   const bool is_there = fs::exists(path);
-  if (!std::ofstream(path, std::ios::app)) {
-    throw scene_file::unwritable(path);
-  }
-  if (!is_there) {
-    fs::remove(path);
-  }
+  if (!std::ofstream(path, std::ios::app)) throw scene_file::unwritable(path);
+  if (!is_there) fs::remove(path);
 }
 
 /// What was judged is kept where there is no Python for the page; false then.
@@ -179,9 +156,8 @@ bool write_report(const referee::Report& report, OutputFolder& folder) {
 
 /// NaN passes the checks of CLI11.
 void check_times(const Words& words) {
-  if (std::isnan(words.limit) || std::isnan(words.seconds.value_or(0.0))) {
+  if (std::isnan(words.limit) || std::isnan(words.seconds.value_or(0.0)))
     throw std::invalid_argument("--limit, --seconds: must be numbers");
-  }
 }
 
 referee::Options read(const Words& words) {
@@ -190,9 +166,8 @@ referee::Options read(const Words& words) {
   options.plugins = words.plugins.empty() ? shipped_plugins() : words.plugins;
   if (words.pairs.empty()) {
     options.families.resize(referee::family_names().size());
-    for (const int family : chosen_families(words.family)) {
+    for (const int family : chosen_families(words.family))
       options.families[static_cast<std::size_t>(family)] = true;
-    }
   } else {
     options.pairs = read_pairs(words.pairs);
   }
@@ -267,9 +242,7 @@ std::string drawn_lines(const Words& words) {
     const referee::SolidPair pair = referee::make_pair(families[turn], random);
     const auto line = answered(
         pair, pair.family + "-" + std::to_string(words.seed) + "-" + std::to_string(number));
-    if (line) {
-      set.add(turn, *line);
-    }
+    if (line) set.add(turn, *line);
   }
   return set.text();
 }
@@ -279,11 +252,10 @@ std::string read_lines(const Words& words) {
   std::string lines;
   for (const referee::SolidPair& pair : read_pairs(words.pairs)) {
     const auto line = answered(pair, pair.family);
-    if (line) {
+    if (line)
       lines += *line + "\n";
-    } else {
+    else
       complain(pair.family + ": left out: a solid lies in one plane, or is refused", words.pairs);
-    }
   }
   return lines;
 }
@@ -299,12 +271,8 @@ long faults_of_quoin(const referee::Report& report) {
   long faults = 0;
   for (const std::string own : {"quoin", "quoin C"}) {
     const auto found = report.tallies.find(own);
-    if (found == report.tallies.end()) {
-      continue;
-    }
-    for (const auto& [family, tally] : found->second) {
-      faults += tally.faulty;
-    }
+    if (found == report.tallies.end()) continue;
+    for (const auto& [family, tally] : found->second) faults += tally.faulty;
   }
   return faults;
 }
@@ -312,31 +280,22 @@ long faults_of_quoin(const referee::Report& report) {
 void print(const referee::Report& report) {
   std::printf("%s\n%ld questions in %.0f s, seed %llu\n", to_text(report).c_str(), report.questions,
               report.seconds, static_cast<unsigned long long>(report.seed));
-  if (report.left_out > 0) {
+  if (report.left_out > 0)
     std::printf("%ld left out: a solid lies in one plane\n", report.left_out);
-  }
 }
 
 int judge(const Words& words) {
   referee::Options options = read(words);
   std::optional<OutputFolder> folder;
-  if (!words.json.empty()) {
-    check_writable(words.json);
-  }
-  if (!words.report.empty()) {
-    folder.emplace(words.report);
-  }
+  if (!words.json.empty()) check_writable(words.json);
+  if (!words.report.empty()) folder.emplace(words.report);
   catch_signals();
   const StopRequest stop(words.seconds);
   options.stop = [&stop] { return stop().has_value(); };
   const referee::Report report = referee::run(options);
-  if (options.progress) {
-    std::fprintf(stderr, "\n");
-  }
+  if (options.progress) std::fprintf(stderr, "\n");
   print(report);
-  if (!words.json.empty()) {
-    write(words.json, text(to_json(report)));
-  }
+  if (!words.json.empty()) write(words.json, text(to_json(report)));
   const bool whole = !folder || write_report(report, *folder);
   if (stop() == scene_file::RunStatus::Interrupted) {
     complain("the run was ended early; what was judged is kept");

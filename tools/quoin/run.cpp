@@ -52,9 +52,7 @@ class ProgressLine {
   ProgressLine(std::size_t stages, const Processes& processes)
       : on_(processes.is_first() && isatty(STDERR_FILENO) != 0), stages_(stages) {}
   ~ProgressLine() {
-    if (on_) {
-      std::fputs("\r\033[K", stderr);
-    }
+    if (on_) std::fputs("\r\033[K", stderr);
   }
   void show(const StepView& view) {
     if (!is_time()) return;
@@ -129,9 +127,7 @@ void save(const std::filesystem::path& path, const nlohmann::ordered_json& docum
   std::ofstream stream(path);
   stream << text(document) << '\n';
   stream.close();
-  if (!stream) {
-    throw scene_file::unwritable(path.string());
-  }
+  if (!stream) throw scene_file::unwritable(path.string());
 }
 
 /// Made when the solver has taken the scene: a scene that is refused leaves nothing behind.
@@ -253,9 +249,8 @@ RunResult run_with_files(const SceneFile& file, const RunArguments& arguments, P
                            : scene_file::RunOptions::OnFailure::Stop;
   options.distributed_solver = processes.solver(output.rank_of_block);
   if (output.files) options.resume = &output.checkpoint;
-  if (!arguments.out.empty() || output.files) {
+  if (!arguments.out.empty() || output.files)
     add_files(file, arguments, processes, output, options);
-  }
   options.before_first = [&, then = options.before_first](const StepView& view) {
     if (processes.is_first()) complain_of_threads(view.simulation);
     if (then) then(view);
@@ -373,22 +368,19 @@ int run(RunArguments& arguments, Processes& processes) {
   }
   if (output.folder) output.files.emplace(*output.folder, file, output.checkpoint);
   RunResult result = run_with_files(file, arguments, processes, output);
-  if (!output.folder) {
+  if (!output.folder)
     result.left_out.emplace_back("history and ParaView files: no folder is asked for");
-  }
-  if (output.folder && !file.paraview) {
+  if (output.folder && !file.paraview)
     result.left_out.emplace_back("ParaView files: \"paraview\" is false");
-  }
   const nlohmann::ordered_json report = summary(file, arguments.request.scene, result);
   if (output.folder) end_files(report, result, processes, output);
   const std::vector<std::string> failed = failures(file, result);
   const int exit_code = failed.empty() ? kDone : kFailed;
   if (!processes.is_first()) return exit_code;
-  if (arguments.json) {
+  if (arguments.json)
     std::printf("%s\n", text(report).c_str());
-  } else {
+  else
     print_result(file, arguments.request.scene, result);
-  }
   complain_of_lost_loads(file, result);
   for (const std::string& line : failed) complain(line);
   return exit_code;
@@ -414,9 +406,8 @@ void add_mpi(CLI::App& command, RunArguments& arguments) {
   CLI::Option* mpi = command.add_flag(
       "--mpi", arguments.mpi,
       "share out large linear systems and ParaView files over the processes of mpirun");
-  for (const char* option : {"--resume", "--checkpoint", "--dump-steps"}) {
+  for (const char* option : {"--resume", "--checkpoint", "--dump-steps"})
     mpi->excludes(command.get_option(option));
-  }
 }
 
 void add_clocks(CLI::App& command, RunArguments& arguments) {
@@ -478,13 +469,11 @@ void add_run_command(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   add_mpi(*command, *arguments);
   command->callback([arguments, &exit_code] {
-    if (arguments->request.scene.empty() && arguments->resume.empty()) {
+    if (arguments->request.scene.empty() && arguments->resume.empty())
       throw CLI::RequiredError("scene");
-    }
     if (arguments->request.checkpoint_seconds > 0.0 && arguments->out.empty() &&
-        arguments->resume.empty()) {
+        arguments->resume.empty())
       throw CLI::ValidationError("--checkpoint", "needs a folder: --out");
-    }
     exit_code = arguments->mpi ? run_on_ranks(*arguments) : run_alone(*arguments);
   });
 }

@@ -64,9 +64,8 @@ json options_json(const solver::StepOptions& options, int threads) {
 /// Of the last stage, without what a mechanism has had removed.
 json blocks_json(const SceneFile& file, const RunResult& result) {
   solver::Scene scene = file.scene_in(result.stages.size() - 1);
-  for (const scene_file::LooseBlock& loose : result.loose) {
+  for (const scene_file::LooseBlock& loose : result.loose)
     if (loose.removed) scene.blocks[static_cast<std::size_t>(loose.block)].kind = BlockKind::Absent;
-  }
   int count[5] = {0, 0, 0, 0, 0};
   Vector3 weight = Vector3::Zero();
   for (const solver::Block& block : scene.blocks) {
@@ -263,11 +262,9 @@ std::vector<const char*> columns_of(Monitor::Kind kind) {
 
 std::string history_head(const SceneFile& file) {
   std::string head = "step,stage,time";
-  for (const Monitor& monitor : file.monitors) {
-    for (const char* column : columns_of(monitor.kind)) {
+  for (const Monitor& monitor : file.monitors)
+    for (const char* column : columns_of(monitor.kind))
       head += ',' + scene_file::csv_field(monitor.name + "." + column);
-    }
-  }
   return head +
          ",kinetic,potential,strain,contact,work,friction_loss,impact_loss,algorithmic_loss,"
          "contacts,closed,largest_overlap,unbalance,sub_steps,iterations,linear_solves";
@@ -402,17 +399,13 @@ void RunFiles::write_history_line(const StepView& view) {
   const EnergyLedger& energy = view.simulation.state().energy;
   for (const double joule :
        {energy.kinetic, energy.potential, energy.strain, energy.contact, energy.work,
-        energy.friction_loss, energy.impact_loss, energy.algorithmic_loss}) {
+        energy.friction_loss, energy.impact_loss, energy.algorithmic_loss})
     history_->number(joule);
-  }
-  for (const int count : {view.report.contact_count, view.report.closed_count}) {
+  for (const int count : {view.report.contact_count, view.report.closed_count})
     history_->number(static_cast<long>(count));
-  }
   history_->number(view.report.largest_overlap).number(view.report.unbalance);
-  for (const int count :
-       {view.report.sub_steps, view.report.iterations, view.report.linear_solves}) {
+  for (const int count : {view.report.sub_steps, view.report.iterations, view.report.linear_solves})
     history_->number(static_cast<long>(count));
-  }
   history_->end_line();
   write_ties(view);
 }
@@ -440,9 +433,7 @@ void RunFiles::start(const StepView& view) {
 
 bool RunFiles::is_due(const StepView& view) const {
   const scene_file::Stage& stage = file_.stages[view.stage];
-  if (stage.analysis != Analysis::Dynamic) {
-    return false;
-  }
+  if (stage.analysis != Analysis::Dynamic) return false;
   const double slack = 1e-6 * stage.time_step;
   const double before = view.dynamic_time - view.simulation.options().time_step;
   return std::floor((view.dynamic_time + slack) / file_.output_interval) >
@@ -451,12 +442,8 @@ bool RunFiles::is_due(const StepView& view) const {
 
 void RunFiles::step(const StepView& view) {
   if (++steps_ == 1) append_joined(view.simulation.state().contacts, joined_);
-  if (steps_ % file_.history_every == 0) {
-    write_history_line(view);
-  }
-  if (is_due(view)) {
-    write_vtk(view);
-  }
+  if (steps_ % file_.history_every == 0) write_history_line(view);
+  if (is_due(view)) write_vtk(view);
 }
 
 void RunFiles::end_stage(const StepView& view) {
@@ -516,17 +503,15 @@ void RunFiles::write_contacts(const StepView& view) {
     const double shear = contact.shear_force.norm();
     contacts_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
     for (const int block : {point.key.a, point.key.b}) contacts_->number(static_cast<long>(block));
-    for (const int block : {point.key.a, point.key.b}) {
+    for (const int block : {point.key.a, point.key.b})
       contacts_->text(blocks[static_cast<std::size_t>(block)].name);
-    }
     contacts_->text(geometry::name(point.type)).text(name(contact.mode));
     contacts_->number(long{solver::has_failed(view.simulation.scene(), contact)});
     contacts_->numbers(state.origin + point.point());
     contacts_->numbers(point.normal).number(point.gap).number(point.area).number(contact.slip);
     contacts_->number(contact.normal_force).number(shear);
-    for (const double force : {contact.normal_force, shear}) {
+    for (const double force : {contact.normal_force, shear})
       point.area > 0 ? contacts_->number(force / point.area) : contacts_->text("");  // no stress
-    }
     contacts_->numbers(contact.normal_force * point.normal - contact.shear_force).end_line();
   }
   contacts_->flush();
@@ -538,9 +523,8 @@ void RunFiles::write_joints(const StepView& view, std::span<const solver::Contac
   for (const JointSum& joint : sums_by_joint(contacts)) {
     joints_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
     for (const int block : {joint.a, joint.b}) joints_->number(static_cast<long>(block));
-    for (const int block : {joint.a, joint.b}) {
+    for (const int block : {joint.a, joint.b})
       joints_->text(blocks[static_cast<std::size_t>(block)].name);
-    }
     joints_->text(joint.closed > 0 ? "closed" : "open").number(static_cast<long>(joint.points));
     joints_->number(static_cast<long>(joint.closed)).number(joint.gap).number(joint.area);
     joints_->numbers(origin + joint.centre).numbers(joint.normal).number(joint.normal_force);
@@ -596,9 +580,8 @@ void RunFiles::write_frame(const StepView& view) {
                        view.counted_from);
   solver::write_contacts(folder_.file(numbered("contacts_", number, ".vtp")).string(),
                          view.simulation);
-  if (ties_) {
+  if (ties_)
     solver::write_ties(folder_.file(numbered("ties_", number, ".vtp")).string(), view.simulation);
-  }
 }
 
 void RunFiles::write_pieces(const StepView& view) {
@@ -625,9 +608,8 @@ void RunFiles::write_pieces(const StepView& view) {
 }
 
 void RunFiles::finish() {
-  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_, &joints_, &ties_}) {
+  for (std::optional<CsvFile>* file : {&history_, &blocks_, &contacts_, &joints_, &ties_})
     if (*file) (*file)->flush();
-  }
 }
 
 json summary(const SceneFile& file, const std::string& path, const RunResult& result) {

@@ -96,13 +96,11 @@ Rows read_rows(const std::string& path) {
   Rows rows;
   if (!std::filesystem::exists(path)) return rows;
   std::ifstream in(path);
-  if (!in || std::filesystem::is_directory(path)) {
+  if (!in || std::filesystem::is_directory(path))
     throw scene_file::FileError(path + ": can't be read");
-  }
   try {
-    for (const auto& row : nlohmann::ordered_json::parse(in)) {
+    for (const auto& row : nlohmann::ordered_json::parse(in))
       rows[key(row.at("cell"), row.at("parameters"))] = row;
-    }
   } catch (const nlohmann::json::exception&) {
     throw std::runtime_error(path + ": holds no cells that quoin stability wrote");
   }
@@ -173,9 +171,8 @@ int run(const Arguments& arguments) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
     const auto known = left.extract(key(cell.name(), parameters_of(cell)));
-    if (progress) {
+    if (progress)
       std::fprintf(stderr, "\r\033[K%zu of %zu: %s", i + 1, cells.size(), cell.name().c_str());
-    }
     list.push_back(known ? known.mapped() : judged(cell));
     if (!arguments.out.empty()) write_rows(arguments.out, list, left);
     if (!arguments.json) print(list.back());

@@ -87,9 +87,8 @@ int run(const StudyArguments& arguments) {
   for (const std::string& text : arguments.vary) {
     StudyAxis axis = scene_file::parse_axis(text);
     const auto same = [&](const StudyAxis& other) { return other.change == axis.change; };
-    if (std::any_of(axes.begin(), axes.end(), same)) {
+    if (std::any_of(axes.begin(), axes.end(), same))
       throw std::invalid_argument("--vary " + axis.key + ": is varied twice");
-    }
     axes.push_back(std::move(axis));
   }
   std::vector<StudyPoint> points = grid(axes);
@@ -106,11 +105,10 @@ int run(const StudyArguments& arguments) {
   });
   if (!referenced) compare_with_finest(axes, points);
   mark_best(points);
-  if (arguments.json) {
+  if (arguments.json)
     std::printf("%s\n", text(to_json(scene_name(arguments), axes, points)).c_str());
-  } else {
+  else
     write_csv(axes, points, stdout);
-  }
   if (folder) write_files(*folder, arguments, axes, points);
   const bool one_ran = std::any_of(points.begin(), points.end(),
                                    [](const StudyPoint& point) { return point.failure.empty(); });

@@ -95,9 +95,8 @@ Cases choose(const Options& options) {
     const auto has_series = [&](const auto& which) {
       return is_meant(which) && which.has_series();
     };
-    if (options.convergence && std::ranges::none_of(cases, has_series)) {
+    if (options.convergence && std::ranges::none_of(cases, has_series))
       throw std::invalid_argument(name + " has no series against time step or penalty");
-    }
   }
   std::erase_if(cases, [&](const auto& which) {
     return !options.names.empty() && std::ranges::count(options.names, which.name()) == 0;
@@ -146,15 +145,13 @@ int validate(const Options& options) {
       for (const Series& series : which.series()) show(series, series.ok());
       continue;
     }
-    for (const auto& run : which.runs()) {
+    for (const auto& run : which.runs())
       for (const Row& row : rows_of(which, run)) show(row, row.ok);
-    }
   }
-  if (options.json) {
+  if (options.json)
     std::printf("%s\n", list.dump(1).c_str());
-  } else {
+  else
     std::printf("%zu rows, %zu not ok\n", count, failed);
-  }
   return failed == 0 ? kDone : kFailed;
 }
 

@@ -60,9 +60,8 @@ struct Flat {
           grid(Eigen::Map<const Vector3d>(&all.corners[3 * static_cast<std::size_t>(k)])));
     }
     Vector3d sum = Vector3d::Zero();
-    for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i)
       sum += (corners[i] - corners[0]).cross(corners[i + 1] - corners[0]);
-    }
     const double size = sum.norm();
     // The grid's y points down: there a polygon that looks to the eye is wound clockwise.
     seen = -sum.z() > 1e-9 * size && size > 0;
@@ -188,9 +187,8 @@ class Painter {
       current_ = polygon;
       flat_.set(all_, static_cast<std::size_t>(polygon), grid_);
       double reach = 0.0;  // a line takes no more than a part of a small face
-      for (const Vector3d& corner : flat_.corners) {
+      for (const Vector3d& corner : flat_.corners)
         reach = std::max(reach, (corner - flat_.corners[0]).head<2>().norm());
-      }
       line_ = std::min(view_.line * view_.samples, 0.06 * reach);
     }
     if (flat_.from_side(x + 0.5, y + 0.5) < line_) return kLine;

@@ -18,9 +18,7 @@ namespace {
 struct Pipe {
   Pipe() {
     int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) {
-      throw std::runtime_error("no pipe to a plug-in can be made");
-    }
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("no pipe to a plug-in can be made");
     read_end = ends[0];
     write_end = ends[1];
   }
@@ -38,9 +36,7 @@ struct Pipe {
 
  private:
   static void close(int& end) {
-    if (end >= 0) {
-      ::close(end);
-    }
+    if (end >= 0) ::close(end);
     end = -1;
   }
 };
@@ -60,15 +56,9 @@ void limit_memory() {
 /// Ctrl-C means.
 void depend_on(pid_t parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (::getppid() != parent) {
-    ::_exit(1);
-  }
-  for (const int number : {SIGINT, SIGHUP}) {
-    ::signal(number, SIG_IGN);
-  }
-  for (const int number : {SIGTERM, SIGPIPE}) {
-    ::signal(number, SIG_DFL);
-  }
+  if (::getppid() != parent) ::_exit(1);
+  for (const int number : {SIGINT, SIGHUP}) ::signal(number, SIG_IGN);
+  for (const int number : {SIGTERM, SIGPIPE}) ::signal(number, SIG_DFL);
 }
 
 void be_quiet() {
@@ -86,9 +76,8 @@ void be_quiet() {
     const ChildProcess::Answer answer = start();
     for (;;) {
       Message question;
-      if (question.receive(from, -1) != Message::Received::Whole || !answer(question).send(to)) {
+      if (question.receive(from, -1) != Message::Received::Whole || !answer(question).send(to))
         ::_exit(0);
-      }
     }
   } catch (...) {
     ::_exit(1);
@@ -106,9 +95,7 @@ void ChildProcess::fork_child() {
   Pipe there, back;
   const pid_t parent = ::getpid();
   process_ = ::fork();
-  if (process_ < 0) {
-    throw std::runtime_error("no process for a plug-in can be started");
-  }
+  if (process_ < 0) throw std::runtime_error("no process for a plug-in can be started");
   ::signal(SIGPIPE, SIG_IGN);  // a child that has ended is told by send()
   if (process_ == 0) {
     depend_on(parent);
@@ -122,9 +109,7 @@ void ChildProcess::fork_child() {
 }
 
 void ChildProcess::stop() {
-  if (process_ < 0) {
-    return;
-  }
+  if (process_ < 0) return;
   ::close(to_);
   ::close(from_);
   ::kill(process_, SIGKILL);
@@ -134,15 +119,11 @@ void ChildProcess::stop() {
 }
 
 Message::Received ChildProcess::ask(const Message& question, Message& reply) {
-  if (!running()) {
-    fork_child();
-  }
+  if (!running()) fork_child();
   const Message::Received received = question.send(to_)
                                          ? reply.receive(from_, static_cast<int>(limit_.count()))
                                          : Message::Received::Closed;
-  if (received != Message::Received::Whole) {
-    stop();
-  }
+  if (received != Message::Received::Whole) stop();
   return received;
 }
 

@@ -16,17 +16,14 @@ void list_faces(const geometry::Topology& topology, const std::vector<int>& numb
                 DescribedSolid& solid) {
   for (int f = 0; f < topology.face_count(); ++f) {
     solid.face_sizes.push_back(static_cast<int>(topology.face(f).size()));
-    for (const int v : topology.face(f)) {
+    for (const int v : topology.face(f))
       solid.face_vertices.push_back(number[static_cast<std::size_t>(v)]);
-    }
   }
 }
 
 /// The solid's own faces need no hull.
 geometry::Hull hull_of(const Solid& solid) {
-  if (!solid.topology) {
-    return geometry::make_hull(solid.placed.points);
-  }
+  if (!solid.topology) return geometry::make_hull(solid.placed.points);
   std::vector<int> same(static_cast<std::size_t>(solid.placed.points.cols()));
   std::iota(same.begin(), same.end(), 0);
   return {shape_of(solid), same};
@@ -34,17 +31,13 @@ geometry::Hull hull_of(const Solid& solid) {
 
 void find_box(DescribedSolid& solid) {
   const Points& points = solid.points;
-  if (points.cols() != 8) {
-    return;
-  }
+  if (points.cols() != 8) return;
   const Vector3 least = points.rowwise().minCoeff(), most = points.rowwise().maxCoeff();
   std::set<int> corners;
   for (int i = 0; i < 8; ++i) {
     int corner = 0;
     for (int k = 0; k < 3; ++k) {
-      if (points(k, i) != least[k] && points(k, i) != most[k]) {
-        return;
-      }
+      if (points(k, i) != least[k] && points(k, i) != most[k]) return;
       corner |= (points(k, i) == most[k] ? 1 : 0) << k;
     }
     corners.insert(corner);

@@ -129,23 +129,15 @@ void Judge::check_gap(const LibraryInfo& library, const Answer& answer, Judgemen
                        gap_.gap);
   result.faults.expect(off <= allowed || !same_sign, "gap", answer.gap, ", exact ", gap_.gap,
                        ", allowed error ", allowed);
-  if (off > allowed) {
-    return;  // what follows would say the same again
-  }
-  if (library.has(QUOIN_REFEREE_NORMAL)) {
-    check_normal(library, answer, result);
-  }
-  if (library.has(QUOIN_REFEREE_WITNESSES)) {
-    check_witnesses(library, answer, result);
-  }
+  if (off > allowed) return;  // what follows would say the same again
+  if (library.has(QUOIN_REFEREE_NORMAL)) check_normal(library, answer, result);
+  if (library.has(QUOIN_REFEREE_WITNESSES)) check_witnesses(library, answer, result);
 }
 
 void Judge::check_normal(const LibraryInfo& library, const Answer& answer,
                          Judgement& result) const {
   const double length = answer.normal.norm();
-  if (length == 0) {
-    return;  // none is given
-  }
+  if (length == 0) return;  // none is given
   if (!(std::abs(length - 1) <= 1e-12 + library.promised_error)) {
     result.faults.expect(false, "normal", "its length is ", length);
     return;
@@ -197,15 +189,11 @@ void Judge::check_points(const LibraryInfo& library, const Answer& answer,
     area += point.area;
   }
   const double tolerance = question_.solids->contact_length;
-  if (tolerance == 0) {
-    return;
-  }
+  if (tolerance == 0) return;
   const ExactPatch patch =
       exact_patch(numbers_, normal,
                   {.tolerance = tolerance, .decision = slack, .border = 2 * kEps * sizes_.larger});
-  if (!patch.clear) {
-    return;  // what belongs to the patch hangs on its tolerance
-  }
+  if (!patch.clear) return;  // what belongs to the patch hangs on its tolerance
   const CornerLengths lengths{tolerance, sizes_.smaller, sizes_.allowed_gap(0)};
   for (const PatchCorner& corner : patch.corners) {
     const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));

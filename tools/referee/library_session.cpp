@@ -17,9 +17,7 @@ constexpr int kMostPoints = 4096;  // contact points of one answer
 template <class Integer>
 void add_list(const std::vector<Integer>& list, Message& message) {
   message.add(static_cast<double>(list.size()));
-  for (const Integer number : list) {
-    message.add(number);
-  }
+  for (const Integer number : list) message.add(number);
 }
 
 std::vector<int> take_list(Message& message) {
@@ -51,9 +49,7 @@ DescribedSolid take_solid(Message& message) {
 /// Throws std::runtime_error where a question could not be put.
 void check(const quoin_referee_library& library, const std::string& which) {
   const auto require = [&](bool holds, const std::string& what) {
-    if (!holds) {
-      throw std::runtime_error(which + " " + what);
-    }
+    if (!holds) throw std::runtime_error(which + " " + what);
   };
   require(library.interface == QUOIN_REFEREE_INTERFACE,
           "has interface " + std::to_string(library.interface) + ", must be " +
@@ -81,17 +77,11 @@ const quoin_referee_library* load_library(const std::string& file, int index) {
   // a bare name would be looked for among the system's libraries
   const std::string path = std::filesystem::absolute(file).string();
   void* handle = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (handle == nullptr) {
-    throw std::runtime_error(::dlerror());
-  }
+  if (handle == nullptr) throw std::runtime_error(::dlerror());
   const auto entry = reinterpret_cast<Entry>(::dlsym(handle, "quoin_referee_plugin"));
-  if (entry == nullptr) {
-    throw std::runtime_error(file + ": no function quoin_referee_plugin");
-  }
+  if (entry == nullptr) throw std::runtime_error(file + ": no function quoin_referee_plugin");
   const quoin_referee_library* library = entry(index);
-  if (library != nullptr) {
-    check(*library, file + ": library " + std::to_string(index));
-  }
+  if (library != nullptr) check(*library, file + ": library " + std::to_string(index));
   return library;
 }
 
@@ -122,35 +112,25 @@ void PosedQuestion::read(Message& message) {
 }
 
 Outcome LibrarySession::take(const PosedQuestion& question) {
-  if (!question.goes_on) {
-    forget();
-  }
+  if (!question.goes_on) forget();
   std::copy_n(question.placements, 2, placements_);
   for (const int side : {0, 1}) {
     if (made_[side] == nullptr) {
       const quoin_referee_solid view = question.solids[side].view();
       made_[side] = library_.make_solid(&view);
     }
-    if (made_[side] == nullptr) {
-      return side == 0 ? Outcome::RefusedA : Outcome::RefusedB;
-    }
+    if (made_[side] == nullptr) return side == 0 ? Outcome::RefusedA : Outcome::RefusedB;
   }
-  if (memory_ == nullptr && library_.make_memory != nullptr) {
-    memory_ = library_.make_memory();
-  }
+  if (memory_ == nullptr && library_.make_memory != nullptr) memory_ = library_.make_memory();
   return Outcome::Answered;
 }
 
 void LibrarySession::forget() {
   for (void*& made : made_) {
-    if (made != nullptr) {
-      library_.free_solid(made);
-    }
+    if (made != nullptr) library_.free_solid(made);
     made = nullptr;
   }
-  if (memory_ != nullptr) {
-    library_.free_memory(memory_);
-  }
+  if (memory_ != nullptr) library_.free_memory(memory_);
   memory_ = nullptr;
 }
 
@@ -160,9 +140,7 @@ void LibrarySession::move() {
 }
 
 quoin_referee_status LibrarySession::ask(Memory memory, quoin_referee_answer& answer) {
-  if (library_.ask == nullptr) {
-    return QUOIN_REFEREE_NO_ANSWER;
-  }
+  if (library_.ask == nullptr) return QUOIN_REFEREE_NO_ANSWER;
   return library_.ask(made_[0], made_[1], memory == Memory::Kept ? memory_ : nullptr, &answer);
 }
 
@@ -170,28 +148,21 @@ double LibrarySession::seconds_of(Memory memory) {
   quoin_referee_answer answer{};
   const auto start = std::chrono::steady_clock::now();
   move();
-  if (library_.ask != nullptr) {
+  if (library_.ask != nullptr)
     ask(memory, answer);
-  } else {
+  else
     list_points(memory);
-  }
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 ListedPoints LibrarySession::list_points(Memory memory) {
-  if (library_.list_points == nullptr) {
-    return {};
-  }
+  if (library_.list_points == nullptr) return {};
   room_.resize(kMostPoints);
   int count = kMostPoints;
   const quoin_referee_status status = library_.list_points(
       made_[0], made_[1], memory == Memory::Kept ? memory_ : nullptr, room_.data(), &count);
-  if (status != QUOIN_REFEREE_ANSWERED) {
-    return {status, {}};
-  }
-  if (count < 0 || count > kMostPoints) {
-    return {QUOIN_REFEREE_FAILED, {}};
-  }
+  if (status != QUOIN_REFEREE_ANSWERED) return {status, {}};
+  if (count < 0 || count > kMostPoints) return {QUOIN_REFEREE_FAILED, {}};
   return {status, {room_.data(), static_cast<std::size_t>(count)}};
 }
 

@@ -19,12 +19,8 @@ bool write_all(int pipe, const void* data, std::size_t size) {
   const char* next = static_cast<const char*>(data);
   while (size > 0) {
     const ssize_t written = ::write(pipe, next, size);
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written <= 0) {
-      return false;
-    }
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
     next += written;
     size -= static_cast<std::size_t>(written);
   }
@@ -43,19 +39,11 @@ Message::Received read_all(int pipe, void* data, std::size_t size, bool limited,
   while (size > 0) {
     pollfd waiting{pipe, POLLIN, 0};
     const int ready = ::poll(&waiting, 1, limited ? milliseconds_left(end) : -1);
-    if (ready < 0 && errno == EINTR) {
-      continue;
-    }
-    if (ready == 0) {
-      return Message::Received::TimedOut;
-    }
+    if (ready < 0 && errno == EINTR) continue;
+    if (ready == 0) return Message::Received::TimedOut;
     const ssize_t got = ::read(pipe, next, size);
-    if (got < 0 && errno == EINTR) {
-      continue;
-    }
-    if (got <= 0) {
-      return Message::Received::Closed;
-    }
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return Message::Received::Closed;
     next += got;
     size -= static_cast<std::size_t>(got);
   }
@@ -75,12 +63,8 @@ Message::Received Message::receive(int pipe, int milliseconds) {
   const Clock::time_point end = Clock::now() + std::chrono::milliseconds(milliseconds);
   std::uint64_t count = 0;
   const Received received = read_all(pipe, &count, sizeof count, limited, end);
-  if (received != Received::Whole) {
-    return received;
-  }
-  if (count > kMostNumbers) {
-    return Received::Closed;  // not a message of ours
-  }
+  if (received != Received::Whole) return received;
+  if (count > kMostNumbers) return Received::Closed;  // not a message of ours
   numbers_.resize(count);
   next_ = 0;
   return read_all(pipe, numbers_.data(), count * sizeof(double), limited, end);

@@ -31,9 +31,7 @@ class Message {
   }
   template <class Numbers>
   void take_all(Numbers& numbers) {
-    for (auto i = 0; i < static_cast<int>(numbers.size()); ++i) {
-      numbers.data()[i] = take();
-    }
+    for (auto i = 0; i < static_cast<int>(numbers.size()); ++i) numbers.data()[i] = take();
   }
 
   enum class Received { Whole, Closed, TimedOut };

@@ -20,9 +20,7 @@ constexpr std::size_t kLongestFraction = 400;  // characters
 
 std::string pair_with_answer(const SolidPair& pair, const std::string& id) {
   const Question question(pair);
-  if (question.solids->contact_length == 0) {
-    throw std::invalid_argument("quoin refuses a solid");
-  }
+  if (question.solids->contact_length == 0) throw std::invalid_argument("quoin refuses a solid");
   const ExactPair exact(pair.a.placed, pair.b.placed);
   const ExactGap gap = exact.gap();
   const double size = std::max(diameter(pair.a), diameter(pair.b));
@@ -36,9 +34,7 @@ std::string pair_with_answer(const SolidPair& pair, const std::string& id) {
                    {"tol", question.solids->contact_length}};
   if (std::abs(gap.gap) <= kNearlyNothing * size) {
     const std::string squared = exact.squared_gap();
-    if (squared.size() <= kLongestFraction) {
-      line["exact"]["gap_squared"] = squared;
-    }
+    if (squared.size() <= kLongestFraction) line["exact"]["gap_squared"] = squared;
   }
   if (patch.clear) {
     line["exact"]["type"] = name(patch.type);

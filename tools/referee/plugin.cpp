@@ -14,9 +14,7 @@ constexpr std::size_t kMostLibraries = 1000;            // of one plug-in
 
 void add_text(const std::string& text, Message& message) {
   message.add(static_cast<double>(text.size()));
-  for (const char c : text) {
-    message.add(c);
-  }
+  for (const char c : text) message.add(c);
 }
 
 std::string take_text(Message& message) {
@@ -40,9 +38,7 @@ Message description_of(const std::string& file) {
                                  ": quoin_referee_plugin returns no null behind its last library");
       }
     }
-    if (libraries.empty()) {
-      throw std::runtime_error(file + ": it has no library");
-    }
+    if (libraries.empty()) throw std::runtime_error(file + ": it has no library");
     told.add(static_cast<double>(libraries.size()));
     for (const quoin_referee_library* library : libraries) {
       add_text(library->name, told);
@@ -70,9 +66,7 @@ Outcome outcome_of(quoin_referee_status status) {
 }
 
 void add_three(const double* three, Message& message) {
-  for (int k = 0; k < 3; ++k) {
-    message.add(three[k]);
-  }
+  for (int k = 0; k < 3; ++k) message.add(three[k]);
 }
 
 /// In the child: a question to its library.
@@ -150,13 +144,10 @@ ChildProcess::Answer serve(const LibraryInfo& info) {
 std::vector<LibraryInfo> libraries_of(const std::string& file) {
   ChildProcess process([&] { return [&](Message&) { return description_of(file); }; }, kLoadLimit);
   Message told;
-  if (process.ask({}, told) != Message::Received::Whole) {
+  if (process.ask({}, told) != Message::Received::Whole)
     throw std::runtime_error(file + ": the plug-in ends or blocks the process that loads it");
-  }
   const int count = told.take_integer();
-  if (count < 0) {
-    throw std::runtime_error(take_text(told));
-  }
+  if (count < 0) throw std::runtime_error(take_text(told));
   std::vector<LibraryInfo> list;
   for (int index = 0; index < count; ++index) {
     LibraryInfo info{file, index, take_text(told), take_text(told), 0, 0};

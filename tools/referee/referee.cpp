@@ -56,9 +56,7 @@ class Run {
         options_.pairs.empty() ? options_.count : static_cast<long>(options_.pairs.size());
     for (long number = 0; number < count && !over(); ++number) {
       ask_sequence(number);
-      if (options_.progress && number % 100 == 99) {
-        options_.progress(report_.questions);
-      }
+      if (options_.progress && number % 100 == 99) options_.progress(report_.questions);
     }
     report_.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     return std::move(report_);
@@ -70,18 +68,15 @@ class Run {
     std::string candidate = name;
     for (int number = 2; std::any_of(report_.libraries.begin(), report_.libraries.end(),
                                      [&](const LibraryInfo& l) { return l.name == candidate; });
-         ++number) {
+         ++number)
       candidate = name + " (" + std::to_string(number) + ")";
-    }
     return candidate;
   }
 
   bool over() const { return options_.stop && options_.stop(); }
 
   SolidPair draw(long number, Random& random) const {
-    if (!options_.pairs.empty()) {
-      return options_.pairs[static_cast<std::size_t>(number)];
-    }
+    if (!options_.pairs.empty()) return options_.pairs[static_cast<std::size_t>(number)];
     return make_pair(random, options_.families);
   }
 
@@ -90,9 +85,7 @@ class Run {
     Question question(draw(number, random));
     const SteadyMotion motion(question.pair.b, kStepAmount, random);
     for (int step = 0; step < options_.steps && !over(); ++step) {
-      if (step > 0) {
-        question.pair.b.placed.placement = motion.at(step);
-      }
+      if (step > 0) question.pair.b.placed.placement = motion.at(step);
       ask_all(question);
     }
   }
@@ -114,15 +107,10 @@ class Run {
 
   /// Those that answered without harm.
   void time(const Question& question, const std::vector<bool>& timed) {
-    if (std::find(timed.begin(), timed.end(), true) == timed.end()) {
-      return;
-    }
+    if (std::find(timed.begin(), timed.end(), true) == timed.end()) return;
     const std::vector<std::optional<double>> seconds = race_->seconds(question, timed);
-    for (std::size_t i = 0; i < plugins_.size(); ++i) {
-      if (seconds[i]) {
-        tally_of(*plugins_[i], question).seconds.push_back(*seconds[i]);
-      }
-    }
+    for (std::size_t i = 0; i < plugins_.size(); ++i)
+      if (seconds[i]) tally_of(*plugins_[i], question).seconds.push_back(*seconds[i]);
   }
 
   Tally& tally_of(const Plugin& plugin, const Question& question) {
@@ -135,19 +123,15 @@ class Run {
     const Judgement judgement = judge.judge(plugin.info(), answer);
     Tally& tally = tally_of(plugin, question);
     count(judgement, tally);
-    for (const Fault& fault : judgement.faults.list) {
-      if (tally.kinds[fault.kind] == 1) {  // the first of its kind
+    for (const Fault& fault : judgement.faults.list)
+      if (tally.kinds[fault.kind] == 1)  // the first of its kind
         keep(plugin, question.pair, fault);
-      }
-    }
     return judgement.answered;
   }
 
   void keep(Plugin& plugin, const SolidPair& pair, const Fault& fault) {
     const auto fails = [&](const SolidPair& changed) {
-      if (over()) {
-        return false;
-      }
+      if (over()) return false;
       const Question question(changed);
       const std::optional<Judge> judge = judge_of(question);
       return judge && judge->offered(plugin.info()) &&

@@ -18,13 +18,9 @@ class Search {
   bool exhausted() const { return left_ <= 0; }
   const SolidPair& best() const { return best_; }
   bool keep(const SolidPair& changed) {
-    if (exhausted()) {
-      return false;
-    }
+    if (exhausted()) return false;
     --left_;
-    if (!fails_(changed)) {
-      return false;
-    }
+    if (!fails_(changed)) return false;
     best_ = changed;
     return true;
   }
@@ -51,9 +47,7 @@ void drop_points(Search& search, int which) {
     for (Eigen::Index first = 0; !search.exhausted();) {
       SolidPair changed = search.best();
       Points& points = side(changed, which).placed.points;
-      if (first + chunk > points.cols() || points.cols() - chunk < 4) {
-        break;
-      }
+      if (first + chunk > points.cols() || points.cols() - chunk < 4) break;
       points = without(points, first, chunk);
       first += search.keep(changed) ? 0 : chunk;
     }
@@ -78,11 +72,8 @@ bool shorten(Search& search, Matrix& (*of)(SolidPair&), int digits) {
 
 template <class Matrix>
 void shorten(Search& search, Matrix& (*of)(SolidPair&)) {
-  for (const int digits : {1, 2, 3, 4, 6, 8, 12}) {
-    if (shorten(search, of, digits)) {
-      return;
-    }
-  }
+  for (const int digits : {1, 2, 3, 4, 6, 8, 12})
+    if (shorten(search, of, digits)) return;
 }
 
 }  // namespace
@@ -91,9 +82,7 @@ SolidPair shrink(const SolidPair& pair, const std::function<bool(const SolidPair
                  int most_questions) {
   SolidPair bare = pair;
   bare.a.topology = bare.b.topology = nullptr;
-  if (!fails(bare)) {
-    return pair;
-  }
+  if (!fails(bare)) return pair;
   Search search(bare, fails, most_questions);
   drop_points(search, 0);
   drop_points(search, 1);

@@ -16,9 +16,7 @@ Tally sum(const std::map<std::string, Tally>& families) {
     all.asked += tally.asked;
     all.answered += tally.answered;
     all.faulty += tally.faulty;
-    for (const auto& [kind, number] : tally.kinds) {
-      all.kinds[kind] += number;
-    }
+    for (const auto& [kind, number] : tally.kinds) all.kinds[kind] += number;
     all.gap_errors.insert(all.gap_errors.end(), tally.gap_errors.begin(), tally.gap_errors.end());
     all.seconds.insert(all.seconds.end(), tally.seconds.begin(), tally.seconds.end());
   }
@@ -66,21 +64,13 @@ void count(const Judgement& judgement, Tally& tally) {
   tally.answered += judgement.answered ? 1 : 0;
   tally.faulty += judgement.faults.list.empty() ? 0 : 1;
   std::set<std::string> kinds;
-  for (const Fault& fault : judgement.faults.list) {
-    kinds.insert(fault.kind);
-  }
-  for (const std::string& kind : kinds) {
-    ++tally.kinds[kind];
-  }
-  if (judgement.gap_given) {
-    tally.gap_errors.push_back(judgement.gap_error);
-  }
+  for (const Fault& fault : judgement.faults.list) kinds.insert(fault.kind);
+  for (const std::string& kind : kinds) ++tally.kinds[kind];
+  if (judgement.gap_given) tally.gap_errors.push_back(judgement.gap_error);
 }
 
 double median(std::vector<double> numbers) {
-  if (numbers.empty()) {
-    return 0.0;
-  }
+  if (numbers.empty()) return 0.0;
   const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
   std::nth_element(numbers.begin(), middle, numbers.end());
   return *middle;
@@ -95,9 +85,7 @@ Json to_json(const Report& report) {
     Json families = Json::object();
     const auto found = report.tallies.find(library.name);
     if (found != report.tallies.end()) {
-      for (const auto& [family, tally] : found->second) {
-        families[family] = to_json(tally);
-      }
+      for (const auto& [family, tally] : found->second) families[family] = to_json(tally);
       families["all"] = to_json(sum(found->second));
     }
     json["libraries"].push_back({{"name", library.name},
@@ -121,14 +109,11 @@ std::string to_text(const Report& report) {
   std::string text = kHead;
   for (const LibraryInfo& library : report.libraries) {
     const auto found = report.tallies.find(library.name);
-    if (found == report.tallies.end()) {
-      continue;
-    }
+    if (found == report.tallies.end()) continue;
     const Tally all = sum(found->second);
     text += row(library.name, all);
-    for (const auto& [kind, number] : all.kinds) {
+    for (const auto& [kind, number] : all.kinds)
       text += line("    %-46s %9ld\n", kind.c_str(), number);
-    }
   }
   return text;
 }

@@ -63,9 +63,8 @@ class ArchiveReader {
   static constexpr std::size_t kMost = std::size_t{1} << 30;  // items: more is no list
 
   void bytes(void* to, std::size_t count) {
-    if (!in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count))) {
+    if (!in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count)))
       throw FileError("the checkpoint is cut short");
-    }
   }
   std::size_t count() {
     std::size_t n = 0;

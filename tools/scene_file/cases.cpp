@@ -167,9 +167,8 @@ void show_points(const solver::Simulation& simulation, const Monitor& monitor, N
   for (const solver::Contact& contact : simulation.state().contacts) {
     const int a = contact.point.key.a, b = contact.point.key.b;
     if (!(has(monitor.others, a) && has(monitor.blocks, b)) &&
-        !(has(monitor.others, b) && has(monitor.blocks, a))) {
+        !(has(monitor.others, b) && has(monitor.blocks, a)))
       continue;
-    }
     gap += contact.point.gap;
     least = std::min(least, contact.normal_force);
     most = std::max(most, contact.normal_force);
@@ -220,9 +219,8 @@ class Gathering {
   Gathering(const SceneFile& file, const Json& entry, const Names& parameters,
             const std::string& pointer)
       : file_(file), entry_(entry), pointer_(pointer), names_(parameters) {
-    for (const Stage& stage : file.stages) {
+    for (const Stage& stage : file.stages)
       dynamic_ = dynamic_ || stage.analysis == solver::Analysis::Dynamic;
-    }
   }
 
   RunResult run() {
@@ -263,9 +261,8 @@ class Gathering {
 
   void begin(const StepView& view) {
     show_step(view, file_, [&](const std::string& name, double value) {
-      if (names_.contains(name)) {
+      if (names_.contains(name))
         throw SceneError("/parameters", shown(name) + " is the name of what cases show");
-      }
       shown_.push_back(name);
       now_.push_back(&(names_[name] = value));
       was_.push_back(&(names_["was_" + name] = value));
@@ -276,12 +273,10 @@ class Gathering {
     const Json& samples = part(entry_, "samples");
     for (const auto& [name, text] : largest.items()) names_[name] = -1e300;
     const Names base = names_;
-    for (const auto& [name, due] : samples.items()) {
+    for (const auto& [name, due] : samples.items())
       for (const auto& [variable, value] : base) names_[name + "_" + variable] = kNone;
-    }
-    for (const auto& [name, text] : largest.items()) {
+    for (const auto& [name, text] : largest.items())
       tracked_.push_back({&names_[name], {text, names_, pointer_ + "/largest/" + name}});
-    }
     for (const auto& [name, due] : samples.items()) {
       // A number is a time; a step may end a rounding error beside it.
       const Json when = due.is_number() ? Json("t > " + due.dump() + " - 1e-9") : due;
@@ -291,9 +286,8 @@ class Gathering {
   }
 
   void show_contacts(const solver::Simulation& simulation) {
-    for (const Monitor& monitor : file_.monitors) {
+    for (const Monitor& monitor : file_.monitors)
       if (monitor.kind == Monitor::Kind::Contact) show_points(simulation, monitor, names_);
-    }
   }
 
   void take(const StepView& view) {
@@ -402,9 +396,8 @@ struct CaseFile::Document {
         next.push_back(run);
         if (value.is_object()) {
           next.back().words[key] = value.value("name", "");
-          for (const auto& [name, set] : part(value, "set").items()) {
+          for (const auto& [name, set] : part(value, "set").items())
             next.back().changes.push_back(change_of(name, set));
-          }
         } else {
           next.back().changes.push_back(change_of(key, value));
           next.back().parameters.emplace_back(key, value.get<double>());
@@ -425,9 +418,8 @@ struct CaseFile::Document {
       run.flags = (flags.is_object() ? flags[key] : flags).get<std::vector<std::string>>();
       ++used;
     }
-    if (flags.is_object() && used < flags.size() && !quick) {
+    if (flags.is_object() && used < flags.size() && !quick)
       throw SceneError("/cases/runs", "flags of a value that does not vary: " + flags.dump());
-    }
   }
 
   struct Evaluated {
@@ -440,9 +432,7 @@ struct CaseFile::Document {
   /// The results of an entry's rows, averaged over `mean_over`.
   Evaluated evaluate(const Json& entry, const CaseRun& run) const {
     std::vector<CaseRun> parts{run};
-    for (const auto& [key, values] : part(entry, "mean_over").items()) {
-      vary(key, values, parts);
-    }
+    for (const auto& [key, values] : part(entry, "mean_over").items()) vary(key, values, parts);
     Evaluated all;
     all.results.resize(entry.at("rows").size());
     std::vector<bool> raised(solver::kFlagKinds);
@@ -451,26 +441,22 @@ struct CaseFile::Document {
       all.outcome.steps += result.steps;
       all.outcome.solves += result.total.linear_solves;
       all.outcome.unconverged += result.unconverged_steps;
-      for (const RunFlag& flag : result.flags) {
+      for (const RunFlag& flag : result.flags)
         raised[static_cast<std::size_t>(flag.worst.kind)] = true;
-      }
       const bool whole =
           result.status == RunStatus::Completed || result.status == RunStatus::NotTrusted;
       const std::string status = whole ? "completed" : scene_file::name(result.status);
-      if (status != entry.value("status", "completed")) {
+      if (status != entry.value("status", "completed"))
         all.failure = status + ": " + result.message;
-      }
       for (std::size_t k = 0; k < all.results.size(); ++k) {
         all.results[k] += CaseFormula(entry["rows"][k].at("result"), names, "/cases/rows")() /
                           static_cast<double>(parts.size());
       }
       all.names = std::move(names);
     }
-    for (std::size_t kind = 0; kind < raised.size(); ++kind) {
-      if (raised[kind]) {
+    for (std::size_t kind = 0; kind < raised.size(); ++kind)
+      if (raised[kind])
         all.outcome.flags.emplace_back(solver::name(static_cast<solver::FlagKind>(kind)));
-      }
-    }
     return all;
   }
 
@@ -523,9 +509,8 @@ std::vector<CaseRun> CaseFile::runs(bool quick) const {
     const Json entry = document_->entry(document_->runs()[i]);
     std::vector<CaseRun> made(1);
     made[0].entry = i;
-    for (const auto& [name, value] : part(entry, "set").items()) {
+    for (const auto& [name, value] : part(entry, "set").items())
       made[0].changes.push_back(change_of(name, value));
-    }
     Json axes = part(entry, "vary");
     if (quick) axes.merge_patch(part(entry, "quick"));
     for (const auto& [key, alternatives] : axes.items()) Document::vary(key, alternatives, made);
@@ -579,9 +564,8 @@ std::vector<CaseSeries> CaseFile::series() const {
     for (int i = 0; i < own.at("count"); ++i) {
       const double value = own.at("first").get<double>() * std::pow(penalty ? 10.0 : 0.5, i);
       CaseRun run;
-      for (const auto& [name, set] : part(entry, "set").items()) {
+      for (const auto& [name, set] : part(entry, "set").items())
         run.changes.push_back(change_of(name, set));
-      }
       run.changes.push_back(change_of(refine, value));
       const Document::Evaluated evaluated = document_->evaluate(entry, run);
       series.failure = evaluated.failure;
@@ -610,9 +594,8 @@ double CaseSeries::order() const {
 }
 
 double CaseSeries::stops_at() const {
-  for (std::size_t i = 0; i < errors.size(); ++i) {
+  for (std::size_t i = 0; i < errors.size(); ++i)
     if (errors[i] <= floor) return values[i];
-  }
   return kNone;
 }
 
@@ -628,9 +611,8 @@ bool CaseSeries::ok() const {
 
 std::vector<CaseFile> read_cases(const std::string& folder) {
   std::vector<std::string> paths;
-  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+  for (const auto& file : std::filesystem::directory_iterator(folder))
     if (file.path().extension() == ".json") paths.push_back(file.path().string());
-  }
   std::ranges::sort(paths);
   std::vector<CaseFile> cases;
   for (const std::string& path : paths) cases.emplace_back(path);

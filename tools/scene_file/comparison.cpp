@@ -35,15 +35,12 @@ Vector3 vector_of(Quantity quantity, const MonitorValue& monitor) {
 void Comparison::compare(double time, const MonitorValue& monitor) {
   // A step may end a rounding error beside the time that was meant.
   const double slack = 1e-9 * (1 + std::abs(time));
-  if (time < reference_.from - slack || time > reference_.until + slack) {
-    return;
-  }
+  if (time < reference_.from - slack || time > reference_.until + slack) return;
   result_.value = quantity(monitor);
   result_.exact = reference_.exact(time);
   last_difference_ = (result_.value - result_.exact).norm();
-  if (!std::isnan(largest_difference_) && !(last_difference_ <= largest_difference_)) {
+  if (!std::isnan(largest_difference_) && !(last_difference_ <= largest_difference_))
     largest_difference_ = last_difference_;  // what is no number stays so
-  }
   largest_exact_ = std::max(largest_exact_, result_.exact.norm());
   ++result_.compared;
 }

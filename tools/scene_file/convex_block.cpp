@@ -37,9 +37,7 @@ std::vector<Plane> planes(const geometry::Shape& hull) {
 
 double depth(const std::vector<Plane>& planes, const Vector3& point) {
   double least = std::numeric_limits<double>::infinity();
-  for (const Plane& plane : planes) {
-    least = std::min(least, plane.offset - plane.normal.dot(point));
-  }
+  for (const Plane& plane : planes) least = std::min(least, plane.offset - plane.normal.dot(point));
   return least;
 }
 

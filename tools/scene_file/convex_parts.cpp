@@ -38,9 +38,8 @@ Polygon behind(const Polygon& polygon, const Vector3& normal, double offset) {
 Shape corners_alone(const Shape& shape) {
   if (shape.topology().all_are_corners()) return shape;
   std::vector<int> corners;
-  for (int v = 0; v < shape.vertex_count(); ++v) {
+  for (int v = 0; v < shape.vertex_count(); ++v)
     if (shape.topology().is_corner(v)) corners.push_back(v);
-  }
   return geometry::make_hull(geometry::Points(shape.vertices()(Eigen::all, corners))).polyhedron;
 }
 
@@ -77,9 +76,8 @@ class Splitter {
  private:
   double signed_volume() const {
     double volume = 0.0;
-    for (const auto& [p, q, r] : surface_) {
+    for (const auto& [p, q, r] : surface_)
       volume += (p - hull_.origin()).dot((q - hull_.origin()).cross(r - hull_.origin())) / 6;
-    }
     return volume;
   }
 
@@ -92,9 +90,8 @@ class Splitter {
           behind(polygon, normal, normal.dot(cell.vertex(cell.topology().face(f)[0])) - tolerance_);
     }
     Vector3 area = Vector3::Zero();
-    for (std::size_t i = 2; i < polygon.size(); ++i) {
+    for (std::size_t i = 2; i < polygon.size(); ++i)
       area += area_vector({polygon[0], polygon[i - 1], polygon[i]});
-    }
     return area.norm();
   }
 

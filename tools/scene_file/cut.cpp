@@ -150,9 +150,8 @@ class Cutter {
     check_regions(entry);
     const Range range(entry);
     const auto in_range = [&](const CutCell& cell) { return range.has(cell); };
-    if (std::ranges::none_of(body_.cells, in_range)) {
+    if (std::ranges::none_of(body_.cells, in_range))
       throw geometry::InputError("only_in leaves no block");
-    }
     if (type == "joint_set") return cut_by_set(entry, range);
     if (type == "excavation") return excavate(entry, range);
     const geometry::Plane plane{read_vector(entry[type == "disc" ? "centre" : "point"]),
@@ -167,9 +166,8 @@ class Cutter {
     for (const json& range : entry.value("only_in", json::array())) {
       if (!range.contains("region")) continue;
       const std::string region = range["region"];
-      if (std::count(body_.joints.begin(), body_.joints.end() - 1, region) == 0) {
+      if (std::count(body_.joints.begin(), body_.joints.end() - 1, region) == 0)
         throw geometry::InputError("only_in: no cut above is named \"" + region + '"');
-      }
     }
   }
 
@@ -255,9 +253,7 @@ class Cutter {
       cuts_ = true;
     }
     body_.cells = std::move(cells);
-    if (body_.cells.size() > kMostCells) {
-      throw std::length_error("makes more than 1000000 blocks");
-    }
+    if (body_.cells.size() > kMostCells) throw std::length_error("makes more than 1000000 blocks");
   }
 
   static bool crosses(const Shape& shape, const geometry::Plane& plane) {
@@ -267,12 +263,10 @@ class Cutter {
   }
 
   bool reaches(const Disc& disc, const CutCell& below) const {
-    for (std::size_t f = 0; f < below.face_joints.size(); ++f) {
+    for (std::size_t f = 0; f < below.face_joints.size(); ++f)
       if (below.face_joints[f] == joint_ &&
-          distance(below.shape, static_cast<int>(f), disc.centre) <= disc.radius) {
+          distance(below.shape, static_cast<int>(f), disc.centre) <= disc.radius)
         return true;
-      }
-    }
     return false;
   }
 
@@ -284,9 +278,8 @@ class Cutter {
     const auto part = [&](std::optional<geometry::SplitPart>& from) -> std::optional<CutCell> {
       if (!from) return {};
       std::vector<int> joints;
-      for (const int old : from->old_faces) {
+      for (const int old : from->old_faces)
         joints.push_back(old < 0 ? joint_ : cell.face_joints[static_cast<std::size_t>(old)]);
-      }
       return CutCell{std::move(from->shape), std::move(joints), cell.region};
     };
     return {part(parts.below), part(parts.above)};

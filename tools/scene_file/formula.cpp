@@ -15,14 +15,11 @@ struct Formula::Parsed {
     parser.DefineConst("pi", std::numbers::pi);
     parser.DefineConst("deg", std::numbers::pi / 180);
     parser.DefineConst("g", 9.81);
-    for (const auto& [name, value] : parameters) {
-      parser.DefineConst(name, value);
-    }
+    for (const auto& [name, value] : parameters) parser.DefineConst(name, value);
     parser.DefineVar("t", &time);
     if (clock == Clock::RunAndStage) parser.DefineVar("stage_time", &stage_time);
-    for (int axis = 0; axis < 3 && clock == Clock::RunAndPlace; ++axis) {
+    for (int axis = 0; axis < 3 && clock == Clock::RunAndPlace; ++axis)
       parser.DefineVar(std::string(1, static_cast<char>('x' + axis)), &place[axis]);
-    }
     parser.SetExpr(expression);
   }
   double time = 0.0, stage_time = 0.0;
@@ -51,9 +48,8 @@ std::string refusal(const std::string& expression, const std::string& why) {
 bool Formula::may_name(const std::string& parameter) {
   mu::Parser known;
   if (parameter.empty() || parameter.size() > 64 || parameter == "pi" || parameter == "deg" ||
-      parameter == "t" || parameter == "stage_time" || known.GetFunDef().contains(parameter)) {
+      parameter == "t" || parameter == "stage_time" || known.GetFunDef().contains(parameter))
     return false;
-  }
   const auto letter = [](char c) {
     return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
   };
@@ -70,18 +66,16 @@ Formula::Formula(std::string expression, const Parameters& parameters, Clock clo
         refusal(expression_, "it has " + std::to_string(expression_.size()) +
                                  " characters, the limit is " + std::to_string(kMost)));
   }
-  if (assigns(expression_)) {
+  if (assigns(expression_))
     throw std::invalid_argument(refusal(expression_, "it can't assign (=)"));
-  }
   try {
     parsed_ = std::make_unique<Parsed>(expression_, parameters_, clock_);
     parsed_->parser.Eval();
   } catch (const mu::Parser::exception_type& error) {
     throw std::invalid_argument(refusal(expression_, error.GetMsg()));
   }
-  if (parsed_->parser.GetNumResults() != 1) {
+  if (parsed_->parser.GetNumResults() != 1)
     throw std::invalid_argument(refusal(expression_, "it must give one value"));
-  }
 }
 
 // A parser points at its own `time`, so a copy parses again.

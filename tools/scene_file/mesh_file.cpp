@@ -17,9 +17,8 @@ constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 double rounding_of(const Surface& surface) {
   constexpr int kFewest = 5, kMost = 12;
   double largest = 0.0;
-  for (const std::array<double, 3>& place : surface.places) {
+  for (const std::array<double, 3>& place : surface.places)
     for (const double x : place) largest = std::max(largest, std::abs(x));
-  }
   if (surface.digits < kFewest || surface.digits > kMost || !(largest > 0.0)) return 0.0;
   return 0.5 * std::pow(10.0, std::floor(std::log10(largest)) + 1 - surface.digits);
 }
@@ -43,9 +42,7 @@ std::vector<MeshBlock> blocks_of_text(std::string_view text, MeshFormat format,
                           : format == MeshFormat::Ply ? read_ply(text)
                           : format == MeshFormat::Dxf ? read_dxf(text)
                                                       : read_off(text);
-  if (surface.face_ends.empty()) {
-    throw MeshError("holds no faces");
-  }
+  if (surface.face_ends.empty()) throw MeshError("holds no faces");
   std::vector<MeshBlock> blocks = blocks_of(surface);
   constexpr int kFloat = 8;  // digits; 9 tell a float from the next one
   for (MeshBlock& block : blocks) {
@@ -76,11 +73,8 @@ MeshFormat mesh_format(const std::string& path, const std::string& name) {
       {"off", MeshFormat::Off},       {"dxf", MeshFormat::Dxf},
       {"3dec", MeshFormat::ThreeDec}, {"lmgc90", MeshFormat::Lmgc90},
       {"chrono", MeshFormat::Chrono}, {"rigid_ipc", MeshFormat::RigidIpc}};
-  for (const auto& [known, format] : kFormats) {
-    if (ending == known) {
-      return format;
-    }
-  }
+  for (const auto& [known, format] : kFormats)
+    if (ending == known) return format;
   throw MeshError(
       "its ending tells no format: state one of compas, obj, stl, ply, off, dxf, "
       "3dec, lmgc90, chrono, rigid_ipc");
@@ -109,11 +103,8 @@ std::span<const MeshBlock> meshes_of_block(std::span<const MeshBlock> meshes, st
 double unit_length(const std::string& name) {
   static constexpr std::pair<const char*, double> kUnits[] = {
       {"m", 1.0}, {"dm", 0.1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}};
-  for (const auto& [unit, length] : kUnits) {
-    if (name == unit) {
-      return length;
-    }
-  }
+  for (const auto& [unit, length] : kUnits)
+    if (name == unit) return length;
   return 0.0;
 }
 
@@ -124,9 +115,8 @@ void mark_lowest_course(std::vector<MeshBlock>& meshes) {
     lowest = std::min(lowest, mesh.vertices.row(2).minCoeff());
     highest = std::max(highest, mesh.vertices.row(2).maxCoeff());
   }
-  for (MeshBlock& mesh : meshes) {
+  for (MeshBlock& mesh : meshes)
     mesh.is_support = mesh.vertices.row(2).minCoeff() <= lowest + 1e-3 * (highest - lowest);
-  }
 }
 
 }  // namespace quoin::scene_file

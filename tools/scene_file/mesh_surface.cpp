@@ -56,9 +56,7 @@ class FaceSets {
   }
   int first(int face) {
     int& up = first_[static_cast<std::size_t>(face)];
-    while (up != first_[static_cast<std::size_t>(up)]) {
-      up = first_[static_cast<std::size_t>(up)];
-    }
+    while (up != first_[static_cast<std::size_t>(up)]) up = first_[static_cast<std::size_t>(up)];
     return up;
   }
   void unite(int a, int b) {
@@ -97,9 +95,7 @@ class Divider {
       const std::span<const int> cycle = corners(f);
       blocks[found->second].faces.emplace_back(cycle.begin(), cycle.end());
     }
-    for (MeshBlock& block : blocks) {
-      take_places(block);
-    }
+    for (MeshBlock& block : blocks) take_places(block);
     give_names(group_of, blocks);
     return blocks;
   }
@@ -128,9 +124,7 @@ class Divider {
       for (std::size_t i = 0; i < cycle.size(); ++i) {
         const int from = vertex_[static_cast<std::size_t>(cycle[i])];
         const int to = vertex_[static_cast<std::size_t>(cycle[(i + 1) % cycle.size()])];
-        if (from != to) {
-          edges.push_back({std::min(from, to), std::max(from, to), f, from < to});
-        }
+        if (from != to) edges.push_back({std::min(from, to), std::max(from, to), f, from < to});
       }
     }
     std::sort(edges.begin(), edges.end(), [&](const HalfEdge& a, const HalfEdge& b) {
@@ -143,9 +137,8 @@ class Divider {
   Vector3 normal(int face) const {
     const std::span<const int> cycle = corners(face);
     Vector3 area = Vector3::Zero();
-    for (std::size_t i = 2; i < cycle.size(); ++i) {
+    for (std::size_t i = 2; i < cycle.size(); ++i)
       area += (place(cycle[i - 1]) - place(cycle[0])).cross(place(cycle[i]) - place(cycle[0]));
-    }
     return area.normalized();
   }
 
@@ -179,23 +172,19 @@ class Divider {
           nearest = &other;
         }
       }
-      if (nearest != nullptr) {
-        sets_.unite(edge.face, nearest->face);
-      }
+      if (nearest != nullptr) sets_.unite(edge.face, nearest->face);
     }
   }
 
   void take_places(MeshBlock& block) const {
     std::vector<int> used;
-    for (const std::vector<int>& face : block.faces) {
+    for (const std::vector<int>& face : block.faces)
       used.insert(used.end(), face.begin(), face.end());
-    }
     std::sort(used.begin(), used.end());
     used.erase(std::unique(used.begin(), used.end()), used.end());
     block.vertices.resize(3, std::ssize(used));
-    for (std::size_t i = 0; i < used.size(); ++i) {
+    for (std::size_t i = 0; i < used.size(); ++i)
       block.vertices.col(static_cast<Eigen::Index>(i)) = place(used[i]);
-    }
     for (std::vector<int>& face : block.faces) {
       for (int& corner : face) {
         corner =
@@ -207,19 +196,16 @@ class Divider {
 
   void give_names(const std::vector<int>& group_of, std::vector<MeshBlock>& blocks) const {
     std::vector<int> parts(surface_.groups.size(), 0);
-    for (const int group : group_of) {
-      ++parts[static_cast<std::size_t>(group)];
-    }
+    for (const int group : group_of) ++parts[static_cast<std::size_t>(group)];
     std::vector<int> used(surface_.groups.size(), 0);
     int unnamed = 0;
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       const auto group = static_cast<std::size_t>(group_of[b]);
       const std::string& name = surface_.groups[group];
-      if (name.empty()) {
+      if (name.empty())
         blocks[b].id = "block" + std::to_string(unnamed++);
-      } else {
+      else
         blocks[b].id = parts[group] == 1 ? name : name + "." + std::to_string(used[group]++);
-      }
     }
   }
 
@@ -240,15 +226,11 @@ void keep_used_vertices(MeshBlock& mesh) {
       const Vector3 place = mesh.vertices.col(vertex);
       const auto [found, is_new] =
           numbers.try_emplace({place.x(), place.y(), place.z()}, static_cast<int>(kept.size()));
-      if (is_new) {
-        kept.push_back(vertex);
-      }
+      if (is_new) kept.push_back(vertex);
       vertex = found->second;
     }
     face.erase(std::unique(face.begin(), face.end()), face.end());
-    while (face.size() > 1 && face.front() == face.back()) {
-      face.pop_back();
-    }
+    while (face.size() > 1 && face.front() == face.back()) face.pop_back();
   }
   std::erase_if(mesh.faces, [](const std::vector<int>& face) { return face.size() < 3; });
   mesh.vertices = geometry::Points(mesh.vertices(Eigen::all, kept));
@@ -274,23 +256,18 @@ MeshBlock hull_mesh(std::string id, const std::vector<std::array<double, 3>>& po
 std::string read_text(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
-  if (size < 0 || size == std::numeric_limits<std::streamoff>::max()) {
+  if (size < 0 || size == std::numeric_limits<std::streamoff>::max())
     throw FileError(path + ": can't be read");
-  }
   std::string text(static_cast<std::size_t>(size), '\0');
   file.seekg(0);
-  if (!file.read(text.data(), size)) {
-    throw FileError(path + ": can't be read");
-  }
+  if (!file.read(text.data(), size)) throw FileError(path + ": can't be read");
   return text;
 }
 
 std::string in_quotes(std::string_view word) {
   constexpr std::size_t kMost = 40;
   std::string text = "\"";
-  for (const char c : word.substr(0, kMost)) {
-    text += c >= ' ' && c <= '~' ? c : '?';
-  }
+  for (const char c : word.substr(0, kMost)) text += c >= ' ' && c <= '~' ? c : '?';
   return text + (word.size() > kMost ? "…\"" : "\"");
 }
 
@@ -300,23 +277,17 @@ bool Lines::append_words() {
   std::string_view line = rest_.substr(0, end);
   rest_.remove_prefix(std::min(end + 1, rest_.size()));
   ++read_;
-  while (!line.empty() && is_blank(line.back())) {
-    line.remove_suffix(1);
-  }
+  while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
   line = line.substr(0, line.find(comment_));
   const bool goes_on = !line.empty() && line.back() == joint_;
-  if (goes_on) {
-    line.remove_suffix(1);
-  }
+  if (goes_on) line.remove_suffix(1);
   const auto divides = [&](char c) {
     return is_blank(c) || blanks_.find(c) != std::string_view::npos;
   };
   while (!line.empty()) {
     const auto start = std::find_if_not(line.begin(), line.end(), divides);
     const auto stop = std::find_if(start, line.end(), divides);
-    if (start != stop) {
-      words_.emplace_back(&*start, static_cast<std::size_t>(stop - start));
-    }
+    if (start != stop) words_.emplace_back(&*start, static_cast<std::size_t>(stop - start));
     line.remove_prefix(static_cast<std::size_t>(stop - line.begin()));
   }
   return goes_on;
@@ -344,14 +315,11 @@ void Lines::fail(const std::string& message) const {
 
 double Lines::real(std::size_t i) const {
   std::string_view word = words_.at(i);
-  if (word.starts_with('+')) {
-    word.remove_prefix(1);
-  }
+  if (word.starts_with('+')) word.remove_prefix(1);
   double value = 0.0;
   const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+  if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
     fail(in_quotes(words_[i]) + " is not a finite number");
-  }
   return value;
 }
 
@@ -359,9 +327,8 @@ long Lines::integer(std::size_t i) const {
   const std::string_view word = words_.at(i).substr(0, words_[i].find('/'));
   long value = 0;
   const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (fault != std::errc() || end != word.data() + word.size()) {
+  if (fault != std::errc() || end != word.data() + word.size())
     fail(in_quotes(words_[i]) + " is not a whole number");
-  }
   return value;
 }
 
@@ -378,9 +345,8 @@ std::array<double, 3> Lines::place(std::size_t first) {
     fail("three coordinates expected, " +
          std::to_string(words_.size() - std::min(first, words_.size())) + " given");
   }
-  for (std::size_t i = first; i < first + 3; ++i) {
+  for (std::size_t i = first; i < first + 3; ++i)
     digits_ = std::max(digits_, significant_digits(words_[i]));
-  }
   return {real(first), real(first + 1), real(first + 2)};
 }
 

@@ -45,9 +45,8 @@ geometry::Shape MovedHulls::shape_of(const MeshBlock& mesh,
   const auto found = known_.find(key);
   if (found != known_.end()) return {found->second, mesh.vertices};
   geometry::Shape shape = make();
-  if (shape.topology().vertex_count() == mesh.vertices.cols() && known_.size() < kMostKnown) {
+  if (shape.topology().vertex_count() == mesh.vertices.cols() && known_.size() < kMostKnown)
     known_.emplace(std::move(key), shape.shared_topology());
-  }
   return shape;
 }
 

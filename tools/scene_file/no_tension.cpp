@@ -23,9 +23,8 @@ std::vector<Vector2d> convex_polygon(std::vector<Vector2d> points) {
     const std::size_t start = hull.size();
     for (; from != to; ++from) {
       while (hull.size() >= start + 2 &&
-             cross(hull.back() - hull[hull.size() - 2], *from - hull.back()) <= 0) {
+             cross(hull.back() - hull[hull.size() - 2], *from - hull.back()) <= 0)
         hull.pop_back();
-      }
       hull.push_back(*from);
     }
     hull.pop_back();
@@ -43,9 +42,8 @@ std::vector<Vector3d> bearing_part(const std::vector<Vector3d>& polygon, const V
     const Vector3d &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
     const double at_from = plane.dot(from), at_to = plane.dot(to);
     if (at_from >= 0) part.push_back(from);
-    if ((at_from > 0 && at_to < 0) || (at_from < 0 && at_to > 0)) {
+    if ((at_from > 0 && at_to < 0) || (at_from < 0 && at_to > 0))
       part.emplace_back(from + at_from / (at_from - at_to) * (to - from));
-    }
   }
   return part;
 }
@@ -78,9 +76,8 @@ std::optional<Vector3d> unit_pressure(const std::vector<Vector3d>& polygon, cons
     if ((next - c).norm() <= 1e-12 * next.norm()) return next;
     double step = 1.0;
     while (step > 1e-6 && !(value(c + step * (next - c)) < value(c))) step *= 0.5;
-    if (step <= 1e-6) {  // the value is the least within rounding, or there is none
+    if (step <= 1e-6)  // the value is the least within rounding, or there is none
       return (next - c).norm() <= 1e-6 * next.norm() ? std::optional(next) : std::nullopt;
-    }
     c += step * (next - c);
   }
   return {};

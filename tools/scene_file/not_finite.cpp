@@ -11,28 +11,21 @@ class Search {
 
   std::string found() const {
     if (bad(scene_.gravity)) return line("gravity");
-    for (const auto& load : scene_.point_loads) {
+    for (const auto& load : scene_.point_loads)
       if (bad(load.force)) return line("a point load on", load.block);
-    }
-    for (const auto& load : scene_.face_loads) {
+    for (const auto& load : scene_.face_loads)
       if (bad(load.traction)) return line("a face load on", load.block);
-    }
-    for (const auto& load : scene_.body_loads) {
+    for (const auto& load : scene_.body_loads)
       if (bad(load.force)) return line("a body load on", load.block);
-    }
-    for (const auto& point : scene_.fixed_points) {
+    for (const auto& point : scene_.fixed_points)
       if (bad(point.displacement)) return line("displacement of a fixed point of", point.block);
-    }
     for (const auto& load : scene_.pressure_loads) {
-      for (const solver::Vector3& corner : load.corners) {
-        if (!std::isfinite(load.field->value(corner, time_))) {
+      for (const solver::Vector3& corner : load.corners)
+        if (!std::isfinite(load.field->value(corner, time_)))
           return line("the water pressure on", load.block);
-        }
-      }
     }
-    for (const auto& quiet : scene_.quiet_faces) {
+    for (const auto& quiet : scene_.quiet_faces)
       if (bad(quiet.velocity)) return line("the ground's velocity at", quiet.block);
-    }
     for (std::size_t b = 0; b < scene_.blocks.size(); ++b) {
       const solver::Block& block = scene_.blocks[b];
       if (block.kind != solver::BlockKind::Prescribed ||

@@ -25,14 +25,10 @@ class Condition {
     try {
       parser_.DefineConst("pi", std::numbers::pi);
       parser_.DefineConst("deg", std::numbers::pi / 180);
-      for (const auto& [name, value] : parameters) {
-        if (name != "x" && name != "y" && name != "z") {
-          parser_.DefineConst(name, value);
-        }
-      }
-      for (int axis = 0; axis < 3; ++axis) {
+      for (const auto& [name, value] : parameters)
+        if (name != "x" && name != "y" && name != "z") parser_.DefineConst(name, value);
+      for (int axis = 0; axis < 3; ++axis)
         parser_.DefineVar(std::string(1, static_cast<char>('x' + axis)), &place_[axis]);
-      }
       parser_.SetExpr(text);
     } catch (const mu::Parser::exception_type& error) {
       throw SceneError(pointer_, error.GetMsg());
@@ -80,9 +76,8 @@ void match_name(const json& name, const std::string& pointer, std::span<const Bl
       any = true;
     }
   }
-  if (!any) {
+  if (!any)
     throw SceneError(pointer, "no " + std::string(what) + " is named " + in_quotes(pattern));
-  }
 }
 
 }  // namespace
@@ -90,9 +85,8 @@ void match_name(const json& name, const std::string& pointer, std::span<const Bl
 std::vector<char> match_blocks(const json& names, const std::string& pointer,
                                std::span<const BlockLabel> blocks, std::string_view what) {
   std::vector<char> meant(blocks.size(), 0);
-  for (std::size_t i = 0; names.is_array() && i < names.size(); ++i) {
+  for (std::size_t i = 0; names.is_array() && i < names.size(); ++i)
     match_name(names[i], pointer + "/" + std::to_string(i), blocks, what, meant);
-  }
   if (!names.is_array()) match_name(names, pointer, blocks, what, meant);
   return meant;
 }
@@ -129,15 +123,11 @@ std::vector<std::vector<int>> match_overrides(const json& overrides,
   std::vector<std::vector<int>> result(blocks.size());
   for (std::size_t i = 0; i < overrides.size(); ++i) {
     const std::string pointer = list_pointer + "/" + std::to_string(i);
-    if (!overrides[i].contains("blocks") && !overrides[i].contains("where")) {
+    if (!overrides[i].contains("blocks") && !overrides[i].contains("where"))
       throw SceneError(pointer, "needs \"blocks\" or \"where\": which blocks it means");
-    }
     const std::vector<char> meant = match(overrides[i], pointer, blocks, parameters);
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      if (meant[b]) {
-        result[b].push_back(static_cast<int>(i));
-      }
-    }
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      if (meant[b]) result[b].push_back(static_cast<int>(i));
   }
   return result;
 }

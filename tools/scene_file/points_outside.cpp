@@ -24,9 +24,8 @@ double largest_distance(const geometry::Body& body, const Vector3& point) {
 
 double distance_outside(const solver::Block& block, const Vector3& point) {
   double distance = std::numeric_limits<double>::infinity();
-  for (const geometry::Shape& part : block.convex_parts()) {
+  for (const geometry::Shape& part : block.convex_parts())
     distance = std::min(distance, largest_distance({part, block.placement}, point));
-  }
   return distance;
 }
 
@@ -59,12 +58,10 @@ std::vector<PointOutside> points_outside(const SceneFile& file) {
     }
   };
   append(file.scene);
-  for (const Stage& stage : file.stages) {
+  for (const Stage& stage : file.stages)
     if (stage.scene) append(*stage.scene);
-  }
-  for (const Monitor& monitor : file.monitors) {
+  for (const Monitor& monitor : file.monitors)
     if (monitor.point) look(file.scene, "monitor", monitor.blocks[0], *monitor.point);
-  }
   return outside;
 }
 

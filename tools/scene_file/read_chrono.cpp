@@ -14,9 +14,8 @@ std::vector<MeshBlock> read_chrono(std::string_view text) {
   while (lines.next()) {
     const std::size_t count = lines.words().size();
     std::vector<std::size_t> ends;  // of hulls, in words
-    for (std::size_t i = 10; i < count; ++i) {
+    for (std::size_t i = 10; i < count; ++i)
       if (lines.real(i) == kNextHull) ends.push_back(i);
-    }
     const bool has_density = (count - ends.size()) % 3 == 2;
     if ((count - ends.size()) % 3 == 0 || count < 22) {
       lines.fail(

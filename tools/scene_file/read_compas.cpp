@@ -17,9 +17,7 @@ using json = nlohmann::ordered_json;  // blocks in the order of the file
 const json* find(const json& document, std::initializer_list<const char*> path) {
   const json* at = &document;
   for (const char* key : path) {
-    if (!at->is_object() || !at->contains(key)) {
-      return nullptr;
-    }
+    if (!at->is_object() || !at->contains(key)) return nullptr;
     at = &(*at)[key];
   }
   return at;
@@ -35,9 +33,8 @@ bool has_items(const json* value) {
 }
 
 double coordinate(const json& value, const std::string& place) {
-  if (!value.is_number() || !std::isfinite(value.get<double>())) {
+  if (!value.is_number() || !std::isfinite(value.get<double>()))
     throw MeshError(place + ": coordinates must be finite numbers");
-  }
   return value.get<double>();
 }
 
@@ -47,11 +44,8 @@ Vector3 vertex_place(const json& vertex, const std::string& place) {
     return {coordinate(vertex[0], place), coordinate(vertex[1], place),
             coordinate(vertex[2], place)};
   }
-  for (const char* axis : {"x", "y", "z"}) {
-    if (find(vertex, {axis}) == nullptr) {
-      throw MeshError(place + ": has no " + axis);
-    }
-  }
+  for (const char* axis : {"x", "y", "z"})
+    if (find(vertex, {axis}) == nullptr) throw MeshError(place + ": has no " + axis);
   return {coordinate(vertex["x"], place), coordinate(vertex["y"], place),
           coordinate(vertex["z"], place)};
 }
@@ -66,9 +60,8 @@ class MeshReader {
     const json* faces = find(mesh, {"face"});
     vertices = vertices != nullptr ? vertices : find(mesh, {"vertices"});
     faces = faces != nullptr ? faces : find(mesh, {"faces"});
-    if (!has_items(vertices) || !has_items(faces)) {
+    if (!has_items(vertices) || !has_items(faces))
       throw MeshError(where() + "holds no mesh with vertices and faces");
-    }
     const auto count = static_cast<Eigen::Index>(vertices->size());
     block_.vertices.resize(3, count);
     for (const auto& [key, vertex] : vertices->items()) {
@@ -76,15 +69,10 @@ class MeshReader {
       number_[key] = number;
       block_.vertices.col(number) = vertex_place(vertex, where() + "vertex " + in_quotes(key));
     }
-    for (const auto& [key, face] : faces->items()) {
-      if (!face.is_null()) {
-        read_face(key, face);
-      }
-    }
+    for (const auto& [key, face] : faces->items())
+      if (!face.is_null()) read_face(key, face);
     const json* name = find(mesh, {"attributes", "name"});
-    if (name != nullptr && name->is_string()) {
-      block_.name = name->get<std::string>();
-    }
+    if (name != nullptr && name->is_string()) block_.name = name->get<std::string>();
     keep_used_vertices(block_);
     return std::move(block_);
   }
@@ -114,9 +102,7 @@ class MeshReader {
 /// A COMPAS transformation (4 × 4, or null) of a model's element.
 void place(const json& element, MeshBlock& block) {
   const json* transformation = find(element, {"transformation"});
-  if (transformation == nullptr || transformation->is_null()) {
-    return;
-  }
+  if (transformation == nullptr || transformation->is_null()) return;
   const json* rows = find(unwrapped(*transformation), {"matrix"});
   Eigen::Matrix4d matrix;
   const auto is_row = [](const json& row) {
@@ -152,9 +138,7 @@ std::vector<MeshBlock> blocks_of_nodes(const json& nodes) {
   std::vector<MeshBlock> blocks;
   for (const auto& [id, node] : nodes.items()) {
     const json* mesh = find(node, {"block"});
-    if (mesh != nullptr) {
-      blocks.push_back(block_of(id, *mesh, flag(node)));
-    }
+    if (mesh != nullptr) blocks.push_back(block_of(id, *mesh, flag(node)));
   }
   return blocks;
 }
@@ -174,9 +158,7 @@ std::vector<MeshBlock> blocks_of_elements(const json& elements, const json* node
   if (nodes != nullptr) {
     for (const auto& [id, node] : nodes->items()) {
       const json* element = find(node, {"element"});
-      if (element != nullptr && element->is_string()) {
-        node_of[element->get<std::string>()] = id;
-      }
+      if (element != nullptr && element->is_string()) node_of[element->get<std::string>()] = id;
     }
   }
   std::vector<MeshBlock> blocks;
@@ -184,9 +166,7 @@ std::vector<MeshBlock> blocks_of_elements(const json& elements, const json* node
     const json& data = unwrapped(element);
     const std::string id = node_of.contains(key) ? node_of[key] : key;
     const json* shape = find(data, {"geometry"});
-    if (shape == nullptr) {
-      throw MeshError("element " + in_quotes(key) + ": has no geometry");
-    }
+    if (shape == nullptr) throw MeshError("element " + in_quotes(key) + ": has no geometry");
     blocks.push_back(block_of(id, *shape, flag(data)));
     place(data, blocks.back());
   }
@@ -201,17 +181,12 @@ std::vector<MeshBlock> blocks_of_document(const json& whole) {
   for (const auto& path : {std::initializer_list<const char*>{"data", "graph", "data", "node"},
                            {"data", "graph", "node"},
                            {"assembly", "node"},
-                           {"node"}}) {
+                           {"node"}})
     nodes = nodes != nullptr ? nodes : find(document, path);
-  }
   const json* elements = find(document, {"data", "elements"});
-  if (has_items(elements)) {
-    return blocks_of_elements(*elements, nodes);
-  }
+  if (has_items(elements)) return blocks_of_elements(*elements, nodes);
   const json* meshes = document.is_array() ? &document : find(document, {"blocks"});
-  if (has_items(meshes)) {
-    return blocks_of_list(*meshes, nodes);
-  }
+  if (has_items(meshes)) return blocks_of_list(*meshes, nodes);
   if (has_items(nodes)) return blocks_of_nodes(*nodes);
   const json& mesh = unwrapped(document);
   const bool is_mesh = has_items(find(mesh, {"vertex"})) || has_items(find(mesh, {"vertices"}));
@@ -226,9 +201,7 @@ bool is_number(const std::string& id) {
 /// Names first, as in the file, then numbers, ascending.
 bool earlier(const MeshBlock& a, const MeshBlock& b) {
   const bool number_a = is_number(a.id), number_b = is_number(b.id);
-  if (!number_a || !number_b) {
-    return number_b && !number_a;
-  }
+  if (!number_a || !number_b) return number_b && !number_a;
   return std::pair(a.id.size(), a.id) < std::pair(b.id.size(), b.id);
 }
 
@@ -244,9 +217,8 @@ std::vector<MeshBlock> read_compas(std::string_view text) {
     throw MeshError("is no JSON of blocks: " +
                     message.substr(start == std::string::npos ? 0 : start + 2, 160));
   }
-  if (blocks.empty()) {
+  if (blocks.empty())
     throw MeshError("holds no block meshes where COMPAS assemblies and models have them");
-  }
   std::stable_sort(blocks.begin(), blocks.end(), earlier);
   return blocks;
 }

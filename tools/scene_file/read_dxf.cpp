@@ -45,18 +45,16 @@ class DxfReader {
     end_face();
     entity_ = entity;
     in_face_ = entity == "3DFACE" && section_ != "BLOCKS";
-    for (const std::string_view solid : {"3DFACE", "MESH", "3DSOLID", "BODY"}) {
+    for (const std::string_view solid : {"3DFACE", "MESH", "3DSOLID", "BODY"})
       if (entity == solid && !in_face_) take_solid(std::string(solid));
-    }
   }
 
   /// Of a section, of a block, or of one that is inserted.
   void take_name(std::string_view name) {
     if (entity_ == "SECTION") section_ = name;
     if (entity_ == "BLOCK") block_ = name;
-    if (entity_ == "INSERT" && solid_blocks_.contains(name)) {
+    if (entity_ == "INSERT" && solid_blocks_.contains(name))
       take_solid("INSERT of block " + in_quotes(name));
-    }
   }
 
   void take_solid(const std::string& what) {

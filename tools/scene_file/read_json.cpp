@@ -37,9 +37,7 @@ class DocumentBuilder {
 
   bool key(std::string& name) {
     const auto [place, is_new] = open_.back()->emplace(name, nullptr);
-    if (!is_new) {
-      throw SceneError("", "the key " + shown(name) + " is given twice in one object");
-    }
+    if (!is_new) throw SceneError("", "the key " + shown(name) + " is given twice in one object");
     value_ = &*place;
     return true;
   }
@@ -65,9 +63,8 @@ class DocumentBuilder {
   }
 
   bool open(Json&& container) {
-    if (open_.size() >= kMostDeep) {
+    if (open_.size() >= kMostDeep)
       throw SceneError("", "nested too deep, the limit is " + std::to_string(kMostDeep));
-    }
     open_.push_back(&placed(std::move(container)));
     return true;
   }
@@ -93,9 +90,8 @@ Json parsed(Text&& text, bool allow_comments) {
 void require_place(const json& document, json::json_pointer place) {
   for (; !place.empty(); place.pop_back()) {
     const json::json_pointer parent = place.parent_pointer();
-    if (document.contains(parent) && document[parent].is_array() && !document.contains(place)) {
+    if (document.contains(parent) && document[parent].is_array() && !document.contains(place))
       throw SceneError(place.to_string(), "there is no such place in the scene to change");
-    }
   }
 }
 
@@ -104,9 +100,8 @@ json parsed_value(const std::string& value, const std::string& pointer) {
   try {
     return parsed(value, false);
   } catch (const json::parse_error&) {
-    if (printable(value, value.size()) != value) {
+    if (printable(value, value.size()) != value)
       throw SceneError(pointer, "the new value holds control characters or is no UTF-8");
-    }
     return value;
   } catch (const json::exception& error) {  // a number that no double holds
     throw SceneError(pointer, plain_message(error));
@@ -115,17 +110,15 @@ json parsed_value(const std::string& value, const std::string& pointer) {
 
 void change(json& document, const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) {
+  if (equals == std::string::npos || equals == 0)
     throw SceneError("", "change " + shown(text) + " is not NAME=VALUE");
-  }
   const std::string name = text.substr(0, equals);
   const std::string value = text.substr(equals + 1);
   const std::string pointer = name[0] == '/' ? name : "/parameters/" + name;
   const json parsed = parsed_value(value, pointer);
   try {
-    if (name[0] != '/' && !document.contains(json::json_pointer(pointer))) {
+    if (name[0] != '/' && !document.contains(json::json_pointer(pointer)))
       throw SceneError("/parameters", "the scene has no parameter " + shown(name) + " to change");
-    }
     require_place(document, json::json_pointer(pointer));
     document[json::json_pointer(pointer)] = parsed;
   } catch (const json::exception&) {
@@ -139,18 +132,16 @@ void put_numbers(json& value, const std::string& pointer, const Parameters& para
     if (text.starts_with('=')) {
       try {
         const double number = Formula(text.substr(1), parameters).at(0.0);
-        if (!std::isfinite(number)) {
+        if (!std::isfinite(number))
           throw SceneError(pointer, shown(text) + " is not a finite number");
-        }
         value = number;
       } catch (const std::invalid_argument& error) {
         throw SceneError(pointer, error.what());
       }
     }
   } else if (value.is_structured()) {
-    for (const auto& [key, item] : value.items()) {
+    for (const auto& [key, item] : value.items())
       put_numbers(item, pointer + "/" + key, parameters);
-    }
   }
 }
 
@@ -203,9 +194,8 @@ Json parsed_scene(Text&& text) {
 template <class Json>
 Json read_as(const std::string& path) {
   std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path)) {
+  if (!file || std::filesystem::is_directory(path))
     throw FileError((path.empty() ? "\"\"" : path) + ": can't be read");
-  }
   return parsed_scene<Json>(file);
 }
 
@@ -220,9 +210,7 @@ std::string plain_json(const std::string& path) {
 }
 
 Parameters expand(nlohmann::json& document, const std::vector<std::string>& changes) {
-  for (const std::string& text : changes) {
-    change(document, text);
-  }
+  for (const std::string& text : changes) change(document, text);
   Parameters parameters;
   if (document.is_object() && document.contains("parameters")) {
     json& stated = document["parameters"];

@@ -26,9 +26,8 @@ std::string plain(std::string_view text) {
 
 /// The numbers behind three keys of a line.
 Vector3 three(Lines& lines, std::string_view key, std::size_t first = 0) {
-  if (lines.words().size() < first + 6 || !lines.words()[first].starts_with(key)) {
+  if (lines.words().size() < first + 6 || !lines.words()[first].starts_with(key))
     lines.fail("three numbers " + std::string(key) + "… are missing");
-  }
   return {lines.real(first + 1), lines.real(first + 3), lines.real(first + 5)};
 }
 
@@ -63,9 +62,8 @@ std::map<long, Frame> frames(const std::string& text) {
 /// A POLYR from its line on; corners are seen from `place`.
 MeshBlock polyr(Lines& lines, const Vector3& place, const Matrix3& axes) {
   const auto counted = [&](std::string_view key) {
-    for (std::size_t i = 0; i + 1 < lines.words().size(); ++i) {
+    for (std::size_t i = 0; i + 1 < lines.words().size(); ++i)
       if (lines.words()[i] == key) return lines.integer(i + 1);
-    }
     lines.fail(std::string(key) + " is missing");
   };
   const long vertices = counted("nb_vertex"), faces = counted("nb_faces");
@@ -80,9 +78,8 @@ MeshBlock polyr(Lines& lines, const Vector3& place, const Matrix3& axes) {
     need_line(lines);
     mesh.faces.emplace_back();
     for (const double number : three(lines, "ver1")) {
-      if (!(number >= 1 && number <= static_cast<double>(vertices))) {
+      if (!(number >= 1 && number <= static_cast<double>(vertices)))
         lines.fail("there is no vertex " + std::to_string(static_cast<long>(number)));
-      }
       mesh.faces.back().push_back(static_cast<int>(number) - 1);
     }
   }
@@ -95,9 +92,8 @@ MeshBlock planx(const Lines& lines, const Vector3& place, const Matrix3& axes) {
   Vector3 half = Vector3::Zero();
   for (std::size_t i = 0; i + 1 < lines.words().size(); ++i) {
     const std::string_view word = lines.words()[i];
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       if (word == "axe" + std::to_string(axis + 1)) half[axis] = lines.real(i + 1);
-    }
   }
   if (!(half.minCoeff() > 0.0)) lines.fail("a PLANx has axe1, axe2 and axe3, greater than 0");
   std::vector<std::array<double, 3>> corners;

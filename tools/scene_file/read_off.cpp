@@ -8,9 +8,8 @@ namespace quoin::scene_file {
 namespace {
 
 long counted(const Lines& lines, std::size_t word, const char* what) {
-  if (lines.words().size() <= word) {
+  if (lines.words().size() <= word)
     lines.fail(std::string("the number of ") + what + " is missing");
-  }
   const long count = lines.integer(word);
   if (count < 0 || count > std::numeric_limits<int>::max()) {
     lines.fail("the number of " + std::string(what) + " must lie in 0 … 2147483647, is " +
@@ -21,9 +20,8 @@ long counted(const Lines& lines, std::size_t word, const char* what) {
 
 void read_face(const Lines& lines, Surface& surface) {
   const long corners = counted(lines, 0, "corners of a face");
-  if (corners < 3) {
+  if (corners < 3)
     lines.fail("a face has at least 3 vertices, this one has " + std::to_string(corners));
-  }
   if (std::ssize(lines.words()) < corners + 1) {
     lines.fail("a face of " + std::to_string(corners) + " vertices names only " +
                std::to_string(lines.words().size() - 1));
@@ -45,18 +43,15 @@ void read_face(const Lines& lines, Surface& surface) {
 Surface read_off(std::string_view text) {
   Lines lines(text);
   const auto need_line = [&](const std::string& what) {
-    if (!lines.next()) {
-      lines.fail("the file ends before " + what);
-    }
+    if (!lines.next()) lines.fail("the file ends before " + what);
   };
   need_line("its head");
   std::size_t word = 0;
   const std::string_view head = lines.words()[0];
-  if (head == "OFF" || head == "COFF" || head == "NOFF" || head == "CNOFF") {
+  if (head == "OFF" || head == "COFF" || head == "NOFF" || head == "CNOFF")
     word = 1;
-  } else if (head.find("OFF") != std::string_view::npos) {
+  else if (head.find("OFF") != std::string_view::npos)
     lines.fail(in_quotes(head) + " is none of OFF, COFF, NOFF, CNOFF");
-  }
   if (lines.words().size() == word) {
     need_line("the numbers of vertices and faces");
     word = 0;

@@ -40,11 +40,8 @@ Scalar scalar(const Lines& lines, std::string_view name) {
                 {"int", "int32", {Kind::Signed, 4}},   {"uint", "uint32", {Kind::Unsigned, 4}},
                 {"long", "int64", {Kind::Signed, 8}},  {"ulong", "uint64", {Kind::Unsigned, 8}},
                 {"float", "float32", {Kind::Real, 4}}, {"double", "float64", {Kind::Real, 8}}};
-  for (const auto& type : kTypes) {
-    if (name == type.name || name == type.other) {
-      return type.scalar;
-    }
-  }
+  for (const auto& type : kTypes)
+    if (name == type.name || name == type.other) return type.scalar;
   lines.fail(in_quotes(name) + " is no type of PLY");
 }
 
@@ -58,30 +55,23 @@ struct Head {
 
 void read_property(const Lines& lines, Head& head) {
   const auto& words = lines.words();
-  if (head.elements.empty()) {
-    lines.fail("a property without an element");
-  }
+  if (head.elements.empty()) lines.fail("a property without an element");
   const bool is_list = words.size() == 5 && words[1] == "list";
-  if (!is_list && words.size() != 3) {
+  if (!is_list && words.size() != 3)
     lines.fail("\"property TYPE NAME\" or \"property list TYPE TYPE NAME\" expected");
-  }
   Property property{.name = std::string(words.back()), .is_list = is_list};
   property.count = is_list ? scalar(lines, words[2]) : Scalar();
   property.value = scalar(lines, words[is_list ? 3 : 1]);
-  if (is_list && property.count.kind == Scalar::Kind::Real) {
+  if (is_list && property.count.kind == Scalar::Kind::Real)
     lines.fail("the length of a list can't be of type " + in_quotes(words[2]));
-  }
   head.elements.back().properties.push_back(std::move(property));
 }
 
 void read_element(const Lines& lines, Head& head) {
-  if (lines.words().size() != 3) {
-    lines.fail("\"element NAME COUNT\" expected");
-  }
+  if (lines.words().size() != 3) lines.fail("\"element NAME COUNT\" expected");
   const long count = lines.integer(2);
-  if (count < 0 || count > std::numeric_limits<int>::max()) {
+  if (count < 0 || count > std::numeric_limits<int>::max())
     lines.fail("the number of elements must lie in 0 … 2147483647, is " + std::to_string(count));
-  }
   head.elements.push_back({.name = std::string(lines.words()[1]), .count = count});
 }
 
@@ -104,27 +94,20 @@ Head read_head(std::string_view text) {
   const std::size_t end = text.find("end_header");
   const std::size_t stop = end == std::string_view::npos ? end : text.find('\n', end);
   Head head;
-  if (stop != std::string_view::npos) {
-    head.body = text.substr(stop + 1);
-  }
+  if (stop != std::string_view::npos) head.body = text.substr(stop + 1);
   Lines lines(text.substr(0, end));
-  if (!lines.next() || lines.words()[0] != "ply") {
-    throw MeshError("line 1: \"ply\" expected");
-  }
-  if (end == std::string_view::npos) {
-    throw MeshError("has no line \"end_header\"");
-  }
+  if (!lines.next() || lines.words()[0] != "ply") throw MeshError("line 1: \"ply\" expected");
+  if (end == std::string_view::npos) throw MeshError("has no line \"end_header\"");
   while (lines.next()) {
     const std::string_view word = lines.words()[0];
-    if (word == "format") {
+    if (word == "format")
       read_format(lines, head);
-    } else if (word == "element") {
+    else if (word == "element")
       read_element(lines, head);
-    } else if (word == "property") {
+    else if (word == "property")
       read_property(lines, head);
-    } else if (word != "comment" && word != "obj_info") {
+    else if (word != "comment" && word != "obj_info")
       lines.fail(in_quotes(word) + " is no word of a PLY head");
-    }
   }
   return head;
 }
@@ -142,9 +125,7 @@ class Body {
  private:
   double word(const std::string& place) {
     if (at_ == lines_.words().size()) {
-      if (!lines_.next()) {
-        throw MeshError(place + ": the file ends before it");
-      }
+      if (!lines_.next()) throw MeshError(place + ": the file ends before it");
       at_ = 0;
     }
     try {
@@ -165,21 +146,15 @@ class Body {
   }
 
   double binary(const Scalar& type, const std::string& place) {
-    if (bytes_.size() < type.size) {
-      throw MeshError(place + ": the file ends before it");
-    }
+    if (bytes_.size() < type.size) throw MeshError(place + ": the file ends before it");
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < type.size; ++i) {
       const std::size_t from = encoding_ == Encoding::BigEndian ? i : type.size - 1 - i;
       bits = bits << 8U | static_cast<unsigned char>(bytes_[from]);
     }
     bytes_.remove_prefix(type.size);
-    if (type.kind == Scalar::Kind::Real) {
-      return type.size == 4 ? as<float>(bits) : as<double>(bits);
-    }
-    if (type.kind == Scalar::Kind::Unsigned) {
-      return static_cast<double>(bits);
-    }
+    if (type.kind == Scalar::Kind::Real) return type.size == 4 ? as<float>(bits) : as<double>(bits);
+    if (type.kind == Scalar::Kind::Unsigned) return static_cast<double>(bits);
     return type.size == 1   ? as<std::int8_t>(bits)
            : type.size == 2 ? as<std::int16_t>(bits)
            : type.size == 4 ? as<std::int32_t>(bits)
@@ -201,9 +176,7 @@ class PlyReader {
   Surface read() {
     for (const Element& element : head_.elements) {
       check(element);
-      for (long i = 0; i < element.count && !element.properties.empty(); ++i) {
-        read(element, i);
-      }
+      for (long i = 0; i < element.count && !element.properties.empty(); ++i) read(element, i);
     }
     return std::move(surface_);
   }
@@ -225,29 +198,23 @@ class PlyReader {
     const auto has = [&](const auto& wanted) {
       return std::any_of(element.properties.begin(), element.properties.end(), wanted);
     };
-    for (int a = 0; element.name == "vertex" && a < 3; ++a) {
-      if (!has([&](const Property& property) { return axis(property) == a; })) {
+    for (int a = 0; element.name == "vertex" && a < 3; ++a)
+      if (!has([&](const Property& property) { return axis(property) == a; }))
         throw MeshError(std::string("element vertex has no property ") + "xyz"[a]);
-      }
-    }
-    if (element.name == "face" && !has(is_corners)) {
+    if (element.name == "face" && !has(is_corners))
       throw MeshError("element face has no list vertex_indices or vertex_index");
-    }
   }
 
   void read(const Element& element, long number) {
     const std::string place = element.name + " " + std::to_string(number);
-    if (element.name == "vertex") {
-      surface_.places.emplace_back();
-    }
+    if (element.name == "vertex") surface_.places.emplace_back();
     for (const Property& property : element.properties) {
       if (element.name == "face" && is_corners(property)) {
         read_corners(property, place);
       } else if (element.name == "vertex" && axis(property) >= 0) {
         const double value = body_.number(property.value, place);
-        if (!std::isfinite(value)) {
+        if (!std::isfinite(value))
           throw MeshError(place + ": " + property.name + " is not a finite number");
-        }
         surface_.places.back()[static_cast<std::size_t>(axis(property))] = value;
       } else {
         skip(property, place);
@@ -257,9 +224,7 @@ class PlyReader {
 
   void skip(const Property& property, const std::string& place) {
     const double count = property.is_list ? body_.number(property.count, place) : 1.0;
-    for (double i = 0; i < count; ++i) {
-      (void)body_.number(property.value, place);
-    }
+    for (double i = 0; i < count; ++i) (void)body_.number(property.value, place);
   }
 
   void read_corners(const Property& property, const std::string& place) {

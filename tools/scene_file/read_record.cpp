@@ -84,16 +84,13 @@ Record read_record(const nlohmann::json& value, const std::string& path,
                    const std::string& pointer) {
   const bool vector = value["value"].is_array();
   std::vector<std::string> names{value["time"]};
-  for (std::size_t i = 0; i < (vector ? 3 : 1); ++i) {
+  for (std::size_t i = 0; i < (vector ? 3 : 1); ++i)
     names.push_back(vector ? value["value"][i] : value["value"]);
-  }
-  if (vector && value.contains("along")) {
+  if (vector && value.contains("along"))
     throw SceneError(pointer + "/along", "three columns have their directions");
-  }
   Vector3 along = Vector3::UnitX();
-  for (int i = 0; value.contains("along") && i < 3; ++i) {
+  for (int i = 0; value.contains("along") && i < 3; ++i)
     along[i] = value["along"][static_cast<std::size_t>(i)];
-  }
   if (!(along.norm() > 0)) throw SceneError(pointer + "/along", "must not be zero");
   const double scale = value.value("scale", 1.0);
   Record record;
@@ -125,9 +122,8 @@ void correct_baseline(Record& record) {
   // c0 T + c1 T2/2 = v(T), c0 T2/2 + c1 T3/6 = u(T)
   const Vector3 mean = velocity / length, arm = displacement / (length * length);
   const Vector3 constant = 6 * arm - 2 * mean, slope = (6 * mean - 12 * arm) / length;
-  for (std::size_t i = 0; i < record.times.size(); ++i) {
+  for (std::size_t i = 0; i < record.times.size(); ++i)
     record.values[i] -= constant + slope * (record.times[i] - start);
-  }
 }
 
 }  // namespace quoin::scene_file

@@ -29,9 +29,8 @@ Vector3 vector_at(const json& body, const char* key, const Vector3& otherwise) {
 Matrix3 rotation_of(const json& body) {
   const Vector3 angles = std::numbers::pi / 180 * vector_at(body, "rotation", Vector3::Zero());
   Matrix3 rotation = Matrix3::Identity();
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     rotation = Eigen::AngleAxisd(angles[axis], Vector3::Unit(axis)).toRotationMatrix() * rotation;
-  }
   return rotation;
 }
 
@@ -47,9 +46,8 @@ std::string mesh_path(const std::string& file, const std::string& mesh) {
   namespace fs = std::filesystem;
   std::error_code none;
   for (fs::path folder = fs::absolute(file).parent_path();; folder = folder.parent_path()) {
-    for (const fs::path& path : {folder / mesh, folder / "meshes" / mesh}) {
+    for (const fs::path& path : {folder / mesh, folder / "meshes" / mesh})
       if (fs::is_regular_file(path, none)) return path.string();
-    }
     if (folder == folder.parent_path()) break;
   }
   throw MeshError("there is no mesh " + in_quotes(mesh) +

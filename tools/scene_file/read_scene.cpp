@@ -68,9 +68,8 @@ class Reader {
   SceneFile read() {
     file_.title = document_.value("title", "");
     file_.scene.gravity = VectorOfTime(Vector3(0, 0, -9.81));
-    if (document_.contains("gravity")) {
+    if (document_.contains("gravity"))
       file_.scene.gravity = vector_of_time(document_["gravity"], "/gravity");
-    }
     const std::string overlap = document_.value("initial_overlap", "refuse");
     file_.scene.initial_overlap = overlap == "keep"   ? solver::InitialOverlap::Keep
                                   : overlap == "zero" ? solver::InitialOverlap::Zero
@@ -103,21 +102,17 @@ class Reader {
   void each(const char* key, const Read& read_one) {
     const json none = json::array();
     const json& items = document_.contains(key) ? document_[key] : none;
-    for (std::size_t i = 0; i < items.size(); ++i) {
+    for (std::size_t i = 0; i < items.size(); ++i)
       read_one(items[i], at(std::string("/") + key, i));
-    }
   }
 
   VectorOfTime vector_of_time(const json& value, const std::string& pointer) const {
-    if (value.is_array()) {
-      return {read_vector(value)};
-    }
+    if (value.is_array()) return {read_vector(value)};
     if (value.contains("csv")) {
       records_.push_back(
           (std::filesystem::path(folder_) / value["csv"].get<std::string>()).string());
-      if (value.contains("baseline") && !pointer.ends_with("/acceleration")) {
+      if (value.contains("baseline") && !pointer.ends_with("/acceleration"))
         throw SceneError(pointer + "/baseline", "only an acceleration can be corrected");
-      }
       Record record = read_record(value, records_.back(), pointer);
       return solver::interpolate(std::move(record.times), std::move(record.values));
     }
@@ -144,9 +139,7 @@ class Reader {
   }
 
   void read_materials() {
-    if (!document_.contains("materials")) {
-      return;
-    }
+    if (!document_.contains("materials")) return;
     for (const auto& [name, value] : document_["materials"].items()) {
       materials_[name] = {.density = value["density"],
                           .young = value.value("young", 0.0),
@@ -172,9 +165,7 @@ class Reader {
 
   const solver::Material& material(const std::string& name, const std::string& pointer) const {
     const auto found = materials_.find(name);
-    if (found == materials_.end()) {
-      throw SceneError(pointer, "there is no material " + shown(name));
-    }
+    if (found == materials_.end()) throw SceneError(pointer, "there is no material " + shown(name));
     return found->second;
   }
 
@@ -186,13 +177,11 @@ class Reader {
     }
     file_.scene.blocks.reserve(blocks.size());
     entries_.reserve(blocks.size());
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      if (blocks[i].contains("file")) {
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+      if (blocks[i].contains("file"))
         read_block_file(blocks[i], at("/blocks", i), i);
-      } else {
+      else
         read_block(blocks[i], i);
-      }
-    }
   }
 
   /// Where a block is stated, and what its file says of it.
@@ -254,9 +243,7 @@ class Reader {
   };
 
   void add(PlacedShape placed, std::string name, Entry entry) {
-    if (name.empty()) {
-      name = "block" + std::to_string(file_.scene.blocks.size());
-    }
+    if (name.empty()) name = "block" + std::to_string(file_.scene.blocks.size());
     const int index = static_cast<int>(file_.scene.blocks.size());
     if (!index_of_.try_emplace(name, index).second) {
       throw SceneError(pointer_of(entry) + (entry.value->contains("name") ? "/name" : ""),
@@ -287,9 +274,8 @@ class Reader {
           {.value = &value, .index = index});
       const std::string& name = file_.scene.blocks.back().name;
       if (key == std::string("shape")) return name_faces(name, value[key], pointer + "/shape");
-      for (std::size_t i = 0; i < value[key].size(); ++i) {
+      for (std::size_t i = 0; i < value[key].size(); ++i)
         name_faces(name, value[key][i], at(pointer + "/parts", i), static_cast<int>(i));
-      }
     } catch (const geometry::InputError& error) {
       throw SceneError(pointer + "/shape", error.what());
     }
@@ -297,9 +283,8 @@ class Reader {
 
   /// `value`: a shape, or a list of parts.
   Solid stated_solid(const json& value, const std::string& pointer) {
-    if (!value.is_array()) {
+    if (!value.is_array())
       return {std::make_shared<const geometry::Shape>(topologies_.share(read_shape(value)))};
-    }
     std::vector<geometry::Shape> parts;
     for (std::size_t i = 0; i < value.size(); ++i) {
       try {
@@ -375,18 +360,16 @@ class Reader {
   std::vector<int> blocks_named(const json& names, const std::string& pointer) const {
     const std::vector<char> meant = match_blocks(names, pointer, labels());
     std::vector<int> result;
-    for (std::size_t b = 0; b < meant.size(); ++b) {
+    for (std::size_t b = 0; b < meant.size(); ++b)
       if (meant[b]) result.push_back(static_cast<int>(b));
-    }
     return result;
   }
 
   /// Kind, material and motion of every block, when all are known.
   void set_properties() {
     std::vector<std::vector<int>> overrides;
-    if (document_.contains("overrides")) {
+    if (document_.contains("overrides"))
       overrides = match_overrides(document_["overrides"], "/overrides", labels(), parameters_);
-    }
     for (std::size_t b = 0; b < entries_.size(); ++b) {
       Stated stated(*entries_[b].value, pointer_of(entries_[b]));
       for (std::size_t i = 0; !overrides.empty() && i < overrides[b].size(); ++i) {
@@ -422,9 +405,7 @@ class Reader {
     constexpr std::array kMotion = {"kind", "motion", "velocity", "angular_velocity",
                                     "initial_stress"};
     if (std::ranges::any_of(kMotion, says)) set_motion(stated, block);
-    if (says("velocity") || says("angular_velocity")) {
-      set_in_motion(value, pointer, index, stage);
-    }
+    if (says("velocity") || says("angular_velocity")) set_in_motion(value, pointer, index, stage);
     if (!moves_freely(block)) return;
     const bool deformable = block.kind == BlockKind::Deformable;
     if (!(block.material.density > 0) || (deformable && !(block.material.young > 0))) {
@@ -452,9 +433,8 @@ class Reader {
     std::vector<StageVelocity>& known = stage.velocities;
     if (known.empty() || known.back().block != block) known.push_back({.block = block});
     if (value.contains("velocity")) known.back().velocity = read_vector(value["velocity"]);
-    if (value.contains("angular_velocity")) {
+    if (value.contains("angular_velocity"))
       known.back().angular_velocity = read_vector(value["angular_velocity"]);
-    }
   }
 
   static bool moves_freely(const solver::Block& block) {
@@ -472,28 +452,22 @@ class Reader {
     } else if (moves_freely(block)) {
       throw SceneError(pointer, "missing key \"material\"");
     }
-    if (const json* group = stated.find("joint_group", pointer)) {
+    if (const json* group = stated.find("joint_group", pointer))
       block.material.joint_group = new_joint_group(*group);
-    }
   }
 
   void set_motion(const Stated& stated, solver::Block& block) const {
     std::string pointer;
-    for (const char* key : {"velocity", "angular_velocity", "initial_stress"}) {
-      if (stated.find(key, pointer) != nullptr && !moves_freely(block)) {
+    for (const char* key : {"velocity", "angular_velocity", "initial_stress"})
+      if (stated.find(key, pointer) != nullptr && !moves_freely(block))
         throw SceneError(pointer, "a fixed or prescribed block can't have it");
-      }
-    }
-    if (const json* velocity = stated.find("velocity", pointer)) {
+    if (const json* velocity = stated.find("velocity", pointer))
       block.velocity = read_vector(*velocity);
-    }
-    if (const json* velocity = stated.find("angular_velocity", pointer)) {
+    if (const json* velocity = stated.find("angular_velocity", pointer))
       block.angular_velocity = read_vector(*velocity);
-    }
     const json* stress = stated.find("initial_stress", pointer);
-    for (std::size_t i = 0; stress != nullptr && i < 6; ++i) {
+    for (std::size_t i = 0; stress != nullptr && i < 6; ++i)
       block.initial_stress[static_cast<Eigen::Index>(i)] = (*stress)[i];
-    }
     const json* motion = stated.find("motion", pointer);
     if ((motion != nullptr) != (block.kind == BlockKind::Prescribed)) {
       throw SceneError(pointer, motion != nullptr
@@ -508,9 +482,8 @@ class Reader {
                           : key == "velocity"   ? solver::MotionKind::Velocity
                                                 : solver::MotionKind::Acceleration;
       block.motion.value = Vector3(Vector3::Zero());
-      if (motion->contains(key)) {
+      if (motion->contains(key))
         block.motion.value = vector_of_time((*motion)[key], pointer + "/" + key);
-      }
       block.motion.rotation = Vector3(Vector3::Zero());
       if (motion->contains("rotation")) {
         block.motion.rotation = vector_of_time((*motion)["rotation"], pointer + "/rotation");
@@ -518,16 +491,13 @@ class Reader {
         block.motion.centre = read_vector((*motion)["centre"]);
       }
       const std::span<const double> times = block.motion.value.knots();
-      if (key == "displacement" && std::ranges::adjacent_find(times) != times.end()) {
+      if (key == "displacement" && std::ranges::adjacent_find(times) != times.end())
         throw SceneError(pointer + "/" + key, "a displacement can't jump");
-      }
     }
   }
 
   static double unit_of(const json& value) {
-    if (!value.contains("units")) {
-      return 1.0;
-    }
+    if (!value.contains("units")) return 1.0;
     return value["units"].is_number() ? value["units"].get<double>() : unit_length(value["units"]);
   }
 
@@ -593,13 +563,11 @@ class Reader {
       }))};
     }
     std::vector<geometry::Shape> parts;
-    for (const MeshBlock& mesh : meshes) {
-      if (split) {
+    for (const MeshBlock& mesh : meshes)
+      if (split)
         std::ranges::move(convex_parts(mesh), std::back_inserter(parts));
-      } else {
+      else
         parts.push_back(convex_block(mesh, tolerance, &taken_));
-      }
-    }
     if (parts.size() == 1) return {std::make_shared<const geometry::Shape>(parts.front())};
     const solver::Block block = solver::compound(std::move(parts));
     return {block.shape, block.parts};
@@ -623,23 +591,16 @@ class Reader {
                             std::vector<MeshBlock>& meshes) {
     const json flagged = "flagged";
     const json& supports = value.contains("supports") ? value["supports"] : flagged;
-    if (supports == "lowest_course") {
-      mark_lowest_course(meshes);
-    }
-    if (!supports.is_array()) {
-      return;
-    }
-    for (MeshBlock& mesh : meshes) {
-      mesh.is_support = false;
-    }
+    if (supports == "lowest_course") mark_lowest_course(meshes);
+    if (!supports.is_array()) return;
+    for (MeshBlock& mesh : meshes) mesh.is_support = false;
     for (std::size_t i = 0; i < supports.size(); ++i) {
       const std::string id =
           supports[i].is_string() ? supports[i].get<std::string>() : supports[i].dump();
       const auto found = std::find_if(meshes.begin(), meshes.end(),
                                       [&](const MeshBlock& mesh) { return mesh.id == id; });
-      if (found == meshes.end()) {
+      if (found == meshes.end())
         throw SceneError(at(pointer + "/supports", i), "the file has no block \"" + id + "\"");
-      }
       found->is_support = true;
     }
   }
@@ -679,22 +640,19 @@ class Reader {
   }
 
   void read_joints() {
-    if (document_.contains("joint")) {
+    if (document_.contains("joint"))
       file_.scene.joint = joint(document_["joint"], "/joint");
-    } else if (file_.scene.blocks.size() > 1) {
+    else if (file_.scene.blocks.size() > 1)
       throw SceneError("", "missing key \"joint\": the properties where blocks touch");
-    }
     each("joints",
          [&](const json& value, const std::string& pointer) { read_pair_joint(value, pointer); });
   }
 
   void read_pair_joint(const json& value, const std::string& pointer) {
-    if (value.contains("blocks") || value.contains("planes") || value.contains("where")) {
+    if (value.contains("blocks") || value.contains("planes") || value.contains("where"))
       return read_block_joints(value, pointer);
-    }
-    if (!value.contains("between")) {
+    if (!value.contains("between"))
       throw SceneError(pointer, "needs \"between\", \"blocks\", \"planes\" or \"where\"");
-    }
     const auto [a, b] = groups_between(value, pointer);
     const auto is_same = [&](const solver::PairJoint& known) {
       return std::minmax(known.group_a, known.group_b) == std::minmax(a, b);
@@ -727,17 +685,15 @@ class Reader {
     for (const StartJoint& touching : laid_joints()) {
       const auto [a, b] = std::pair(touching.a, touching.b);
       if (a == b || !meant(touching)) continue;
-      if (groups && std::minmax(group(a), group(b)) != std::minmax(groups->first, groups->second)) {
+      if (groups && std::minmax(group(a), group(b)) != std::minmax(groups->first, groups->second))
         continue;
-      }
       known[{a, b}] = law;
       any = true;
     }
     if (!any) throw SceneError(pointer, "no faces that touch at the start are meant");
     file_.scene.block_joints.clear();
-    for (const auto& [pair, stated] : known) {
+    for (const auto& [pair, stated] : known)
       file_.scene.block_joints.push_back({pair.first, pair.second, stated});
-    }
   }
 
   const std::vector<StartJoint>& laid_joints() {
@@ -765,9 +721,8 @@ class Reader {
       const auto a = static_cast<std::size_t>(joint.a), b = static_cast<std::size_t>(joint.b);
       if (!(one[a] && other[b]) && !(one[b] && other[a])) return false;
       if (!planes.empty() && !planes.contains(plane_of(a, joint.part_a, joint.normal)) &&
-          !planes.contains(plane_of(b, joint.part_b, -joint.normal))) {
+          !planes.contains(plane_of(b, joint.part_b, -joint.normal)))
         return false;
-      }
       Vector3 middle = Vector3::Zero();
       for (const Vector3& corner : joint.corners) middle += corner;
       middle /= static_cast<double>(joint.corners.size());
@@ -777,9 +732,8 @@ class Reader {
 
   std::set<std::string> planes_named(const json& names, const std::string& pointer) const {
     std::set<std::string> known, meant;
-    for (const auto& [block, faces] : faces_) {
+    for (const auto& [block, faces] : faces_)
       for (const NamedFace& face : faces) known.insert(face.plane);
-    }
     for (const json& name : names.is_array() ? names : json::array({names})) {
       meant.insert(name);
       if (known.contains(name)) continue;
@@ -810,9 +764,8 @@ class Reader {
                   int part = 0) {
     if (!shape.contains("planes")) return;
     const json &vertices = shape["vertices"], &planes = shape["planes"];
-    if (planes.size() != shape["faces"].size()) {
+    if (planes.size() != shape["faces"].size())
       throw SceneError(pointer + "/planes", "must name one plane a face, \"\" for none");
-    }
     for (std::size_t f = 0; f < planes.size(); ++f) {
       Vector3 area = Vector3::Zero();
       const json& cycle = shape["faces"][f];
@@ -827,17 +780,14 @@ class Reader {
 
   int joint_group(const std::string& name, const std::string& pointer) const {
     const auto found = joint_groups_.find(name);
-    if (found == joint_groups_.end()) {
+    if (found == joint_groups_.end())
       throw SceneError(pointer, "there is no material or joint group \"" + name + "\"");
-    }
     return found->second;
   }
 
   int block_named(const json& name, const std::string& pointer) const {
     const auto found = index_of_.find(name.get<std::string>());
-    if (found == index_of_.end()) {
-      throw SceneError(pointer, "there is no block " + shown(name));
-    }
+    if (found == index_of_.end()) throw SceneError(pointer, "there is no block " + shown(name));
     return found->second;
   }
 
@@ -861,9 +811,7 @@ class Reader {
   }
 
   int face_towards(int block, const Vector3& direction, const std::string& pointer) const {
-    if (!(direction.norm() > 0)) {
-      throw SceneError(pointer, "must not be zero");
-    }
+    if (!(direction.norm() > 0)) throw SceneError(pointer, "must not be zero");
     const geometry::Body body = file_.scene.blocks[static_cast<std::size_t>(block)].body();
     const geometry::Topology& topology = body.shape().topology();
     const auto line = [&](int from, int to) -> Vector3 {
@@ -875,9 +823,8 @@ class Reader {
     for (int f = 0; f < topology.face_count(); ++f) {
       const std::span<const int> cycle = topology.face(f);
       Vector3 area = Vector3::Zero();
-      for (std::size_t i = 1; i + 1 < cycle.size(); ++i) {
+      for (std::size_t i = 1; i + 1 < cycle.size(); ++i)
         area += line(cycle[0], cycle[i]).cross(line(cycle[0], cycle[i + 1]));
-      }
       const double along = area.normalized().dot(direction.normalized());
       second = std::max(second, std::min(along, greatest));
       if (along > greatest) {
@@ -885,9 +832,8 @@ class Reader {
         best = f;
       }
     }
-    if (greatest - second < kAlike) {
+    if (greatest - second < kAlike)
       throw SceneError(pointer, "two faces of the block look this way alike");
-    }
     return best;
   }
 
@@ -916,34 +862,29 @@ class Reader {
                              .point = read_vector(value["point"]),
                              .displacement = {},
                              .name = value.value("name", value["block"].get<std::string>())};
-    if (value.contains("displacement")) {
+    if (value.contains("displacement"))
       fixed.displacement = vector_of_time(value["displacement"], pointer + "/displacement");
-    }
     file_.scene.fixed_points.push_back(std::move(fixed));
   }
 
   /// What a tie states twice, or by halves.
   void check_tie(const json& value, const std::string& name, const std::string& pointer) const {
     const bool of_bar = value.contains("young") && value.contains("area");
-    if (value.contains("stiffness") == of_bar ||
-        value.contains("young") != value.contains("area")) {
+    if (value.contains("stiffness") == of_bar || value.contains("young") != value.contains("area"))
       throw SceneError(pointer, "needs either \"stiffness\", or \"young\" and \"area\"");
-    }
     for (const char* other : {"stiffness", "rest_length"}) {
       if (!value.contains("points") || !value.contains(other)) continue;
       throw SceneError(pointer + "/" + other,
                        "a tie that is grouted at \"points\" takes \"young\" and \"area\", and "
                        "\"pretension\": its parts have different lengths");
     }
-    if (value.contains("pretension") && value.contains("rest_length")) {
+    if (value.contains("pretension") && value.contains("rest_length"))
       throw SceneError(pointer + "/rest_length", "can't be given together with \"pretension\"");
-    }
     const auto same = [&](const solver::Tie& tie) {
       return tie.name == name || tie.name.starts_with(name + "/");
     };
-    if (std::ranges::any_of(file_.scene.ties, same)) {
+    if (std::ranges::any_of(file_.scene.ties, same))
       throw SceneError(pointer + "/name", "another tie is named " + json(name).dump());
-    }
   }
 
   void read_tie(const json& value, const std::string& pointer) {
@@ -999,9 +940,8 @@ class Reader {
         .face = face_towards(block, read_vector(value["towards"]), pointer + "/towards"),
         .normal_impedance = value.value("normal_impedance", std::sqrt(rock.density * pressed)),
         .shear_impedance = value.value("shear_impedance", std::sqrt(rock.density * shear))};
-    if (value.contains("velocity")) {
+    if (value.contains("velocity"))
       face.velocity = vector_of_time(value["velocity"], pointer + "/velocity");
-    }
     file_.scene.quiet_faces.push_back(std::move(face));
   }
 
@@ -1013,24 +953,20 @@ class Reader {
                     : on == "free" ? WetSurface::Free
                                    : WetSurface::All;
     if (value.contains("towards")) water.towards = read_vector(value["towards"]);
-    for (const char* key : {"between", "planes"}) {
-      if (value.contains(key) && water.surface != WetSurface::Joints) {
+    for (const char* key : {"between", "planes"})
+      if (value.contains(key) && water.surface != WetSurface::Joints)
         throw SceneError(pointer + "/" + key, "only water in \"joints\" is between blocks");
-      }
-    }
     std::vector<char> wet(file_.scene.blocks.size(), 1);
-    if (value.contains("blocks")) {
+    if (value.contains("blocks"))
       wet = match_blocks(value["blocks"], pointer + "/blocks", labels());
-    }
     water.wets = [wet = std::move(wet)](int b) { return wet[static_cast<std::size_t>(b)] != 0; };
     water.wets_joint = meant_joints(value, "between", pointer);
     doubt(value, "unit_weight", 1000.0, pointer, "N/m3: water has 9810");
     const std::size_t before = file_.scene.pressure_loads.size();
     append_water(water, laid_joints(), absent_, file_.scene);
     tell_suction(std::span(file_.scene.pressure_loads).subspan(before), pointer);
-    if (file_.scene.pressure_loads.size() == before && std::ranges::count(absent_, 1) == 0) {
+    if (file_.scene.pressure_loads.size() == before && std::ranges::count(absent_, 1) == 0)
       throw SceneError(pointer, "wets no face of a block that can move");
-    }
   }
 
   /// A formula that goes on above the water table is negative there, and pulls.
@@ -1052,9 +988,8 @@ class Reader {
 
   std::shared_ptr<const solver::PressureField> water_pressure(const json& value,
                                                               const std::string& pointer) const {
-    if (value.contains("pressure") == value.contains("level")) {
+    if (value.contains("pressure") == value.contains("level"))
       throw SceneError(pointer, "needs either \"pressure\" or \"level\"");
-    }
     const bool of_level = value.contains("level");
     const char* key = of_level ? "level" : "pressure";
     const double weight = value.value("unit_weight", 9810.0);
@@ -1073,9 +1008,8 @@ class Reader {
                                                     solver::ContactIteration otherwise) {
     using solver::ContactIteration;
     const std::string stated = value.value("contact_iteration", name(otherwise));
-    for (const auto known : {ContactIteration::OpenClose, ContactIteration::ProximalNewton}) {
+    for (const auto known : {ContactIteration::OpenClose, ContactIteration::ProximalNewton})
       if (stated == name(known)) return known;
-    }
     return ContactIteration::Automatic;
   }
 
@@ -1083,15 +1017,13 @@ class Reader {
     solver::StepOptions& options = file_.options;
     const std::string method = document_.value("method", "augmented_lagrangian");
     for (const auto known : {solver::ContactMethod::Springs, solver::ContactMethod::Paper,
-                             solver::ContactMethod::Penalty}) {
+                             solver::ContactMethod::Penalty})
       if (method == name(known)) options.method = known;
-    }
     options.contact_iteration = contact_iteration(document_, options.contact_iteration);
     const std::string linear = document_.value("linear_solver", "automatic");
     for (const auto known :
-         {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid}) {
+         {solver::LinearSolverKind::Elimination, solver::LinearSolverKind::Multigrid})
       if (linear == name(known)) options.linear_solver = known;
-    }
     options.scheme = document_.value("scheme", "") == "energy_momentum"
                          ? solver::TimeScheme::EnergyMomentum
                          : solver::TimeScheme::ConstantAcceleration;
@@ -1106,9 +1038,7 @@ class Reader {
     take("max_displacement_ratio", options.max_displacement_ratio);
     file_.paraview = document_.value("paraview", true);
     file_.history_every = document_.value("history_every", 1);
-    if (document_.contains("end_time")) {
-      require_time_step(options.time_step, "/smallest_time_step");
-    }
+    if (document_.contains("end_time")) require_time_step(options.time_step, "/smallest_time_step");
   }
 
   /// No step is shorter than the smallest.
@@ -1165,9 +1095,8 @@ class Reader {
                          : on_mechanism == "remove" ? OnMechanism::Remove
                                                     : OnMechanism::Fail;
     stage.relax = value.value("relax", 0);
-    if (stage.relax > 0 && !value.contains("remove")) {
+    if (stage.relax > 0 && !value.contains("remove"))
       throw SceneError(pointer + "/relax", "needs \"remove\": whose forces are given back");
-    }
     if (value.contains("ramp")) {
       stage.ramp_by = value["ramp"]["by"];
       stage.ramp_to = value["ramp"]["to"];
@@ -1183,9 +1112,8 @@ class Reader {
     if (value.contains("ramp")) {
       const solver::Scene& now = file_.scene;
       const bool none = now.point_loads.empty() && now.face_loads.empty() && now.body_loads.empty();
-      if (value.contains("loads") ? value["loads"].empty() : none) {
+      if (value.contains("loads") ? value["loads"].empty() : none)
         throw SceneError(pointer + "/ramp", "there are no loads that it could multiply");
-      }
     }
     require_time_step(stage.time_step,
                       value.contains("time_step") ? pointer + "/time_step" : "/smallest_time_step");
@@ -1193,9 +1121,8 @@ class Reader {
       read_end(value, pointer, stage, reached);
       return stage;
     }
-    if (stage.steps && stage.until_rest) {
+    if (stage.steps && stage.until_rest)
       throw SceneError(pointer, "\"steps\" and \"until\" can't both be given");
-    }
     stage.until_rest = !stage.steps;
     return stage;
   }
@@ -1246,9 +1173,8 @@ class Reader {
 
   /// The scene with those that are absent out of it. What can't move takes no load.
   solver::Scene present(solver::Scene scene) const {
-    for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
+    for (std::size_t b = 0; b < scene.blocks.size(); ++b)
       if (absent_[b]) scene.blocks[b].kind = BlockKind::Absent;
-    }
     const auto bears_none = [&](const auto& load) {
       return !moves_freely(scene.blocks[static_cast<std::size_t>(load.block)]);
     };
@@ -1278,9 +1204,8 @@ class Reader {
     if (std::ranges::none_of(kKeys, given)) return;
     if (!at_start_) at_start_ = present(file_.scene);
     const auto each_of = [&](const char* key, const auto& read_one) {
-      for (std::size_t i = 0; i < value[key].size(); ++i) {
+      for (std::size_t i = 0; i < value[key].size(); ++i)
         read_one(value[key][i], at(pointer + "/" + key, i));
-      }
     };
     solver::Scene& scene = file_.scene;
     if (given("gravity")) scene.gravity = vector_of_time(value["gravity"], pointer + "/gravity");
@@ -1356,18 +1281,14 @@ class Reader {
       monitor.fixed_points = fixed_points_named(value["fixed_points"], pointer + "/fixed_points");
     } else {
       monitor.blocks = {block_named(value["block"], pointer + "/block")};
-      if (value.contains("point")) {
-        monitor.point = read_vector(value["point"]);
-      }
-      if (value.contains("relative_to")) {
+      if (value.contains("point")) monitor.point = read_vector(value["point"]);
+      if (value.contains("relative_to"))
         monitor.relative_to = block_named(value["relative_to"], pointer + "/relative_to");
-      }
     }
     const bool taken = std::any_of(file_.monitors.begin(), file_.monitors.end(),
                                    [&](const Monitor& m) { return m.name == monitor.name; });
-    if (taken) {
+    if (taken)
       throw SceneError(pointer + "/name", "there are two monitors named " + shown(value["name"]));
-    }
     file_.monitors.push_back(std::move(monitor));
   }
 
@@ -1381,14 +1302,12 @@ class Reader {
       }
     };
     add_all(file_.scene);
-    for (const Stage& stage : file_.stages) {
+    for (const Stage& stage : file_.stages)
       if (stage.scene) add_all(*stage.scene);
-    }
     const std::vector<char> meant = match_blocks(names, pointer, known, "fixed point");
     std::set<std::string> result;
-    for (std::size_t i = 0; i < known.size(); ++i) {
+    for (std::size_t i = 0; i < known.size(); ++i)
       if (meant[i]) result.emplace(known[i].name);
-    }
     return {result.begin(), result.end()};
   }
 
@@ -1425,9 +1344,8 @@ class Reader {
                         .quantity = quantity(value["quantity"])};
     const auto found = std::find_if(file_.monitors.begin(), file_.monitors.end(),
                                     [&](const Monitor& m) { return m.name == value["monitor"]; });
-    if (found == file_.monitors.end()) {
+    if (found == file_.monitors.end())
       throw SceneError(pointer + "/monitor", "there is no monitor " + shown(value["monitor"]));
-    }
     reference.monitor = static_cast<int>(found - file_.monitors.begin());
     if (!shows(found->kind, reference.quantity)) {
       throw SceneError(pointer + "/quantity", "monitor " + value["monitor"].dump() + " has no " +
@@ -1443,9 +1361,8 @@ class Reader {
 
   static void read_component(const json& value, const std::string& pointer, Reference& reference) {
     using Component = Reference::Component;
-    if (value.contains("component") && value.contains("along")) {
+    if (value.contains("component") && value.contains("along"))
       throw SceneError(pointer, "\"component\" and \"along\" can't both be given");
-    }
     const std::string component = value.value("component", "");
     const bool tensor =
         reference.quantity == Quantity::Stress || reference.quantity == Quantity::Strain;
@@ -1467,9 +1384,7 @@ class Reader {
     } else if (value.contains("along")) {
       reference.component = Component::Along;
       const Vector3 along = read_vector(value["along"]);
-      if (!(along.norm() > 0)) {
-        throw SceneError(pointer + "/along", "must not be zero");
-      }
+      if (!(along.norm() > 0)) throw SceneError(pointer + "/along", "must not be zero");
       reference.direction = along.normalized();
     }
   }
@@ -1482,14 +1397,11 @@ class Reader {
       reference.table = exact["table"];
       for (const std::vector<double>& row : reference.table) {
         given = row.size() - 1;
-        if (given != wanted) {
-          break;
-        }
+        if (given != wanted) break;
       }
     } else if (exact.is_array()) {
-      for (std::size_t i = 0; i < exact.size(); ++i) {
+      for (std::size_t i = 0; i < exact.size(); ++i)
         reference.formulas.push_back(read_formula(exact[i], at(pointer, i), parameters_));
-      }
     } else {
       reference.formulas.push_back(read_formula(exact, pointer, parameters_));
     }
@@ -1524,9 +1436,8 @@ class Reader {
 Eigen::VectorXd Reference::exact(double time) const {
   if (!formulas.empty()) {
     Eigen::VectorXd value(static_cast<Eigen::Index>(formulas.size()));
-    for (std::size_t i = 0; i < formulas.size(); ++i) {
+    for (std::size_t i = 0; i < formulas.size(); ++i)
       value[static_cast<Eigen::Index>(i)] = formulas[i].at(time);
-    }
     return value;
   }
   const auto after = std::find_if(table.begin(), table.end(),
@@ -1535,18 +1446,16 @@ Eigen::VectorXd Reference::exact(double time) const {
     return Eigen::VectorXd(
         Eigen::Map<const Eigen::VectorXd>(values.data() + 1, std::ssize(values) - 1));
   };
-  if (after == table.begin() || after == table.end()) {
+  if (after == table.begin() || after == table.end())
     return row(after == table.begin() ? table.front() : table.back());
-  }
   const auto before = after - 1;
   const double share = (time - (*before)[0]) / ((*after)[0] - (*before)[0]);
   return (1 - share) * row(*before) + share * row(*after);
 }
 
 const solver::Scene& SceneFile::scene_in(std::size_t stage) const {
-  for (std::size_t i = stage + 1; i-- > 0;) {
+  for (std::size_t i = stage + 1; i-- > 0;)
     if (stages[i].scene) return *stages[i].scene;
-  }
   return scene;
 }
 

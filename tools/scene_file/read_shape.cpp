@@ -20,17 +20,15 @@ using nlohmann::json;
 
 Points read_points(const json& points) {
   Points result(3, static_cast<Eigen::Index>(points.size()));
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < points.size(); ++i)
     result.col(static_cast<Eigen::Index>(i)) = read_vector(points[i]);
-  }
   return result;
 }
 
 Matrix3 matrix_of_rows(const json& rows, const std::string& pointer) {
   Matrix3 matrix;
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i)
     matrix.row(static_cast<Eigen::Index>(i)) = read_vector(rows[i]).transpose();
-  }
   const double off = (matrix * matrix.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff();
   if (off > 1e-9 || matrix.determinant() < 0) {
     throw SceneError(pointer, "is not a rotation: its rows are off orthonormal by " +
@@ -41,29 +39,21 @@ Matrix3 matrix_of_rows(const json& rows, const std::string& pointer) {
 }
 
 Matrix3 read_rotation(const json& rotation, const std::string& pointer) {
-  if (rotation.contains("matrix")) {
-    return matrix_of_rows(rotation["matrix"], pointer + "/matrix");
-  }
+  if (rotation.contains("matrix")) return matrix_of_rows(rotation["matrix"], pointer + "/matrix");
   if (rotation.contains("quaternion")) {
     const auto q = rotation["quaternion"].get<std::vector<double>>();
     const Eigen::Quaterniond quaternion(q[0], q[1], q[2], q[3]);
-    if (!(quaternion.norm() > 0)) {
-      throw SceneError(pointer + "/quaternion", "must not be zero");
-    }
+    if (!(quaternion.norm() > 0)) throw SceneError(pointer + "/quaternion", "must not be zero");
     return quaternion.normalized().toRotationMatrix();
   }
   const Vector3 axis = read_vector(rotation["axis"]);
-  if (!(axis.norm() > 0)) {
-    throw SceneError(pointer + "/axis", "must not be zero");
-  }
+  if (!(axis.norm() > 0)) throw SceneError(pointer + "/axis", "must not be zero");
   const double angle = rotation["angle_deg"].get<double>() * std::numbers::pi / 180;
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
 Points read_checked_points(const json& list, const std::string& name) {
-  if (!list.is_array()) {
-    throw geometry::InputError(name + " is not a list of points");
-  }
+  if (!list.is_array()) throw geometry::InputError(name + " is not a list of points");
   Points points(3, static_cast<Eigen::Index>(list.size()));
   for (std::size_t i = 0; i < list.size(); ++i) {
     const json& point = list[i];
@@ -80,10 +70,8 @@ Points read_checked_points(const json& list, const std::string& name) {
 geometry::Placement read_placement(const json& list, const std::string& name) {
   constexpr std::size_t kNumbers = 12;
   const auto number = [](const json& value) { return value.is_number(); };
-  if (!list.is_array() || list.size() != kNumbers ||
-      !std::all_of(list.begin(), list.end(), number)) {
+  if (!list.is_array() || list.size() != kNumbers || !std::all_of(list.begin(), list.end(), number))
     throw geometry::InputError(name + ": \"placement\" is not a list of 12 numbers: t, A by rows");
-  }
   const auto numbers = list.get<std::array<double, kNumbers>>();
   geometry::Placement placement;
   placement.translation = Eigen::Map<const Vector3>(numbers.data());
@@ -110,36 +98,26 @@ Vector3 read_vector(const json& value) {
 
 geometry::Shape read_shape(const json& shape) {
   const std::string type = shape["type"];
-  if (type == "box") {
+  if (type == "box")
     return geometry::make_box(read_vector(shape["min"]), read_vector(shape["max"]));
-  }
-  if (type == "prism") {
+  if (type == "prism")
     return geometry::make_prism(read_points(shape["polygon"]), read_vector(shape["sweep"]));
-  }
-  if (type == "hull") {
-    return geometry::make_hull(read_points(shape["points"])).polyhedron;
-  }
+  if (type == "hull") return geometry::make_hull(read_points(shape["points"])).polyhedron;
   return geometry::make_shape(read_points(shape["vertices"]),
                               shape["faces"].get<std::vector<std::vector<int>>>());
 }
 
 PlacedPoints read_placed_points(const json& value, const std::string& name) {
-  if (!value.is_object()) {
-    return {read_checked_points(value, name), {}};
-  }
+  if (!value.is_object()) return {read_checked_points(value, name), {}};
   for (const auto& [key, entry] : value.items()) {
     if (key != "points" && key != "placement") {
       throw geometry::InputError(name + ": unknown key \"" + key +
                                  "\", allowed are \"points\" and \"placement\"");
     }
   }
-  if (!value.contains("points")) {
-    throw geometry::InputError(name + ": \"points\" is missing");
-  }
+  if (!value.contains("points")) throw geometry::InputError(name + ": \"points\" is missing");
   PlacedPoints placed{read_checked_points(value["points"], name + ": \"points\""), {}};
-  if (value.contains("placement")) {
-    placed.placement = read_placement(value["placement"], name);
-  }
+  if (value.contains("placement")) placed.placement = read_placement(value["placement"], name);
   return placed;
 }
 

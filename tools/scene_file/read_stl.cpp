@@ -14,17 +14,14 @@ constexpr std::size_t kFacetSize = 50;  // 12 floats and 2 bytes
 
 std::uint32_t little_endian(const char* bytes) {
   std::uint32_t value = 0;
-  for (int i = 3; i >= 0; --i) {
-    value = value << 8U | static_cast<unsigned char>(bytes[i]);
-  }
+  for (int i = 3; i >= 0; --i) value = value << 8U | static_cast<unsigned char>(bytes[i]);
   return value;
 }
 
 bool is_binary(std::string_view text) {
   if (text.size() >= kHead + 4 &&
-      text.size() == kHead + 4 + kFacetSize * std::size_t{little_endian(text.data() + kHead)}) {
+      text.size() == kHead + 4 + kFacetSize * std::size_t{little_endian(text.data() + kHead)})
     return true;
-  }
   return text.find('\0') != std::string_view::npos;
 }
 
@@ -55,9 +52,8 @@ Surface read_binary(std::string_view text) {
       for (double& coordinate : place) {
         coordinate = std::bit_cast<float>(little_endian(corner));
         corner += 4;
-        if (!std::isfinite(coordinate)) {
+        if (!std::isfinite(coordinate))
           throw MeshError("facet " + std::to_string(f) + ": a coordinate is not a finite number");
-        }
       }
     }
     add_triangle(0, surface);
@@ -68,9 +64,8 @@ Surface read_binary(std::string_view text) {
 /// Names of "solid NAME"; what exporters write after it (units, a date) stays part of the name.
 std::string rest_of(const Lines& lines) {
   std::string name;
-  for (std::size_t i = 1; i < lines.words().size(); ++i) {
+  for (std::size_t i = 1; i < lines.words().size(); ++i)
     name += (i == 1 ? "" : " ") + std::string(lines.words()[i]);
-  }
   return name;
 }
 
@@ -88,18 +83,15 @@ Surface read_ascii(std::string_view text) {
       surface.places.push_back(lines.place(1));
       ++corners;
     } else if (word == "endloop") {
-      if (corners != 3) {
+      if (corners != 3)
         lines.fail("a facet has 3 vertices, this one has " + std::to_string(corners));
-      }
       add_triangle(static_cast<int>(surface.groups.size()) - 1, surface);
       corners = 0;
     } else if (word != "facet" && word != "outer" && word != "endfacet" && word != "endsolid") {
       lines.fail(in_quotes(word) + " is no word of STL");
     }
   }
-  if (corners != 0) {
-    lines.fail("the file ends within a facet");
-  }
+  if (corners != 0) lines.fail("the file ends within a facet");
   surface.digits = lines.digits();
   return surface;
 }

@@ -57,9 +57,8 @@ struct Start {
 Vector3 arm_at(const State& state, int block, const Vector3& place) {
   const Vector3 centroid = solver::local_point(state, block, Vector3::Zero());
   geometry::Matrix3 turned;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     turned.col(i) = solver::local_point(state, block, Vector3::Unit(i)) - centroid;
-  }
   return turned.inverse() * (place - centroid);
 }
 
@@ -298,9 +297,7 @@ class Runner {
         options_(options),
         simulation_(file.scene, step_options(file.stages.at(0))),
         watch_(file, simulation_) {
-    for (const Reference& reference : file.references) {
-      comparisons_.emplace_back(reference);
-    }
+    for (const Reference& reference : file.references) comparisons_.emplace_back(reference);
   }
 
   RunResult run() {
@@ -313,9 +310,8 @@ class Runner {
     }
     result_.monitors = watch_.values(simulation_);
     if (options_.resume == nullptr && options_.before_first) options_.before_first(view());
-    for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage) {
+    for (std::size_t stage = stage_; stage < file_.stages.size() && going_; ++stage)
       run_stage(stage);
-    }
     finish();
     return std::move(result_);
   }
@@ -396,9 +392,7 @@ class Runner {
       begin_stage(index);
       must_stop();  // a stage that is gone on with takes a step at least
     }
-    if (going_) {
-      stage.analysis == Analysis::Dynamic ? run_dynamic(stage) : run_static(stage);
-    }
+    if (going_) stage.analysis == Analysis::Dynamic ? run_dynamic(stage) : run_static(stage);
     result_.stages.back().done = going_;
     if (options_.after_stage) options_.after_stage(view(), save_);
   }
@@ -421,9 +415,8 @@ class Runner {
     stage_start_ = dynamic_time();
     const State& state = simulation_.state();
     moved_from_.clear();
-    for (const BlockState& block : state.blocks) {
+    for (const BlockState& block : state.blocks)
       if (stage.until_moved > 0) moved_from_.push_back(block.centroid);
-    }
     if (stage.reset_displacements) {
       counted_from_ = state.blocks;
       watch_.begin(state);
@@ -531,9 +524,8 @@ class Runner {
   bool take_loose(const Stage& stage) {
     const std::vector<int> blocks = work_.loose(simulation_, result_.stages.back().travel_block);
     const bool removes = stage.on_mechanism == OnMechanism::Remove;
-    for (const int block : blocks) {
+    for (const int block : blocks)
       result_.loose.push_back({static_cast<int>(stage_), block, removes});
-    }
     if (!removes || blocks.empty()) return false;
     work_.remove(blocks);
     if (!change_scene(work_.worked(file_.scene_in(stage_)))) return false;
@@ -612,9 +604,8 @@ class Runner {
   std::string rounded(const StepReport& report) const {
     constexpr double kNone = 1e-10;  // of the smallest block: what steps call zero, and more
     double smallest = std::numeric_limits<double>::infinity();
-    for (const solver::Block& block : file_.scene.blocks) {
+    for (const solver::Block& block : file_.scene.blocks)
       smallest = std::min(smallest, block.body().stretch() * block.shape->diameter());
-    }
     const double overlap = report.largest_overlap;
     const auto is_prescribed = [&](int block) {
       return simulation_.scene().blocks[static_cast<std::size_t>(block)].kind ==
@@ -625,9 +616,8 @@ class Runner {
           return is_prescribed(c.block) || is_prescribed(c.other);
         });
     if (result_.steps > 1 || pressed ||
-        overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding)) {
+        overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding))
       return "";
-    }
     std::ostringstream line;
     line << "; blocks overlap by up to " << overlap
          << " m: where the digits of a file leave that, \"coordinate_rounding\" takes it for none";
@@ -679,9 +669,8 @@ class Runner {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       const solver::Block& block = blocks[b];
       if (block.kind >= solver::BlockKind::Fixed) continue;
-      if (!block.velocity.isZero(0.0) || !block.angular_velocity.isZero(0.0)) {
+      if (!block.velocity.isZero(0.0) || !block.angular_velocity.isZero(0.0))
         given.push_back({static_cast<int>(b), block.velocity, block.angular_velocity});
-      }
     }
     if (!given.empty()) simulation_.set_velocities(given);
   }
@@ -709,15 +698,13 @@ class Runner {
   void note_flag(const solver::StepFlag& flag, double time) {
     auto known = std::find_if(result_.flags.begin(), result_.flags.end(),
                               [&](const RunFlag& f) { return f.worst.kind == flag.kind; });
-    if (known == result_.flags.end()) {
+    if (known == result_.flags.end())
       known = result_.flags.insert(known, {.worst = flag, .first_time = time});
-    }
     ++known->steps;
     known->fails = known->fails || flag.fails;
     // One that fails the run before any that does not.
-    if (std::pair(flag.fails, flag.value) > std::pair(known->worst.fails, known->worst.value)) {
+    if (std::pair(flag.fails, flag.value) > std::pair(known->worst.fails, known->worst.value))
       known->worst = flag;
-    }
   }
 
   /// A block without unknowns where it stands, if it has not turned.
@@ -778,9 +765,7 @@ class Runner {
     ++result_.steps;
     ++result_.stages.back().steps;
     note_stage(report, result_.stages.back());
-    if (report.status != solver::StepStatus::Converged) {
-      not_converged(report);
-    }
+    if (report.status != solver::StepStatus::Converged) not_converged(report);
     const State& state = simulation_.state();
     result_.monitors = watch_.values(simulation_);
     if (dynamic_start_) {
@@ -805,9 +790,7 @@ class Runner {
              fighting(report) + rounded(report) +
              (options_.on_failure == RunOptions::OnFailure::Stop ? admissible() : ""));
     going_ = going_ && report.status != solver::StepStatus::Diverged;  // no try to go on from
-    if (going_) {
-      simulation_.take_best_try();
-    }
+    if (going_) simulation_.take_best_try();
   }
 
   /// Notes the first failure, and stops unless failures are accepted.
@@ -857,9 +840,7 @@ class Runner {
   }
 
   void finish() {
-    if (!dynamic_start_) {
-      compare(0.0);
-    }
+    if (!dynamic_start_) compare(0.0);
     if (stopped_) {
       result_.status = *stopped_;
       const char* limit =
@@ -868,9 +849,8 @@ class Runner {
     }
     result_.energy = simulation_.state().energy;
     judge_flags();
-    for (const Comparison& comparison : comparisons_) {
+    for (const Comparison& comparison : comparisons_)
       result_.references.push_back(comparison.result());
-    }
     const State& state = simulation_.state();
     result_.threads = simulation_.threads();
     result_.time = state.time;
@@ -931,15 +911,14 @@ std::vector<std::string> failures(const SceneFile& file, const RunResult& result
     if (compared.ok) continue;
     std::ostringstream line;
     line << "reference \"" << file.references[r].name << "\": ";
-    if (compared.compared == 0) {
+    if (compared.compared == 0)
       line << "no step ended within its time";
-    } else if (std::isnan(compared.error)) {
+    else if (std::isnan(compared.error))
       line << "its error is not a number";
-    } else if (file.references[r].allowed > 0) {
+    else if (file.references[r].allowed > 0)
       line << "error " << compared.error << ", allowed " << file.references[r].allowed;
-    } else {
+    else
       line << "error " << compared.error;
-    }
     lines.push_back(line.str());
   }
   return lines;

@@ -19,9 +19,7 @@ using nlohmann::json;
 /// JSON pointer escapes: ~ and /.
 std::string child(const std::string& pointer, const std::string& key) {
   std::string escaped;
-  for (const char c : key) {
-    escaped += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
-  }
+  for (const char c : key) escaped += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
   return pointer + "/" + escaped;
 }
 
@@ -38,9 +36,8 @@ bool is_of_type(const json& value, const std::string& type) {
 
 std::string list(const std::vector<std::string>& words) {
   std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
+  for (std::size_t i = 0; i < words.size(); ++i)
     text += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
-  }
   return text;
 }
 
@@ -114,23 +111,21 @@ class Checker {
     }
     check_type(schema, value, pointer);
     check_choice(schema, value, pointer);
-    if (value.is_number()) {
+    if (value.is_number())
       check_number(schema, value, pointer);
-    } else if (value.is_string()) {
+    else if (value.is_string())
       check_string(schema, value.get_ref<const std::string&>(), pointer);
-    } else if (value.is_array()) {
+    else if (value.is_array())
       check_array(schema, value, pointer);
-    } else if (value.is_object()) {
+    else if (value.is_object())
       check_object(schema, value, pointer);
-    }
   }
 
  private:
   const json& resolve(const json& schema) const {
     const json* target = &schema;
-    while (target->contains("$ref")) {
+    while (target->contains("$ref"))
       target = &root_.at(json::json_pointer((*target)["$ref"].get<std::string>().substr(1)));
-    }
     return *target;
   }
 
@@ -138,18 +133,15 @@ class Checker {
   void spread(const json& alternatives, std::vector<const json*>& flat) const {
     for (const json& alternative : alternatives) {
       const json& target = resolve(alternative);
-      if (target.contains("oneOf")) {
+      if (target.contains("oneOf"))
         spread(target["oneOf"], flat);
-      } else {
+      else
         flat.push_back(&target);
-      }
     }
   }
 
   static std::vector<std::string> types(const json& schema) {
-    if (!schema.contains("type")) {
-      return {};
-    }
+    if (!schema.contains("type")) return {};
     const json& type = schema["type"];
     return type.is_array() ? type.get<std::vector<std::string>>()
                            : std::vector<std::string>{type.get<std::string>()};
@@ -157,9 +149,7 @@ class Checker {
 
   static bool fits_type(const json& schema, const json& value) {
     const std::vector<std::string> allowed = types(schema);
-    if (allowed.empty()) {
-      return !schema.contains("enum") || value.is_string();
-    }
+    if (allowed.empty()) return !schema.contains("enum") || value.is_string();
     return std::any_of(allowed.begin(), allowed.end(),
                        [&](const std::string& type) { return is_of_type(value, type); });
   }
@@ -177,9 +167,7 @@ class Checker {
       std::vector<std::string> names;
       for (const json* schema : all) {
         const std::string name = types(*schema).empty() ? "string" : types(*schema)[0];
-        if (std::find(names.begin(), names.end(), name) == names.end()) {
-          names.push_back(name);
-        }
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
       }
       throw SceneError(pointer, "must be of type " + list(names) + ", is " + value.type_name());
     }
@@ -188,25 +176,18 @@ class Checker {
 
   const json& by_key(const std::vector<const json*>& schemas, const json& value,
                      const std::string& pointer) const {
-    for (const auto& [key, property] : (*schemas[0])["properties"].items()) {
-      if (property.contains("const")) {
-        return by_constant(schemas, key, value, pointer);
-      }
-    }
+    for (const auto& [key, property] : (*schemas[0])["properties"].items())
+      if (property.contains("const")) return by_constant(schemas, key, value, pointer);
     std::vector<std::string> wanted;
     for (const json* schema : schemas) {
       bool all = true;
       std::string name;
       for (const std::string& key : (*schema)["required"].get<std::vector<std::string>>()) {
-        if (common(schemas, key)) {
-          continue;
-        }
+        if (common(schemas, key)) continue;
         all = all && value.contains(key);
         name = name.empty() ? "\"" + key + "\"" : name;
       }
-      if (all) {
-        return *schema;
-      }
+      if (all) return *schema;
       wanted.push_back(name);
     }
     throw SceneError(pointer, "needs the key " + list(wanted));
@@ -222,41 +203,34 @@ class Checker {
     std::vector<std::string> names;
     for (const json* schema : schemas) {
       const json& constant = (*schema)["properties"][key]["const"];
-      if (value.contains(key) && value[key] == constant) {
-        return *schema;
-      }
+      if (value.contains(key) && value[key] == constant) return *schema;
       names.push_back(constant.dump());
     }
-    if (!value.contains(key)) {
+    if (!value.contains(key))
       throw SceneError(pointer, "missing key \"" + key + "\" (" + list(names) + ")");
-    }
     throw SceneError(child(pointer, key), "must be " + list(names) + ", is " + shown(value[key]));
   }
 
   static void check_type(const json& schema, const json& value, const std::string& pointer) {
     const std::vector<std::string> allowed = types(schema);
-    if (!allowed.empty() && !fits_type(schema, value)) {
+    if (!allowed.empty() && !fits_type(schema, value))
       throw SceneError(pointer, "must be of type " + list(allowed) + ", is " + value.type_name());
-    }
   }
 
   static void check_choice(const json& schema, const json& value, const std::string& pointer) {
     if (schema.contains("enum") &&
         std::find(schema["enum"].begin(), schema["enum"].end(), value) == schema["enum"].end()) {
       std::vector<std::string> names;
-      for (const json& choice : schema["enum"]) {
-        names.push_back(choice.dump());
-      }
+      for (const json& choice : schema["enum"]) names.push_back(choice.dump());
       throw SceneError(pointer, "must be " + list(names) + ", is " + shown(value));
     }
   }
 
   static void check_number(const json& schema, const json& value, const std::string& pointer) {
     const auto hold = [&](const char* key, const char* words, auto holds) {
-      if (schema.contains(key) && !holds(value.get<double>(), schema[key].get<double>())) {
+      if (schema.contains(key) && !holds(value.get<double>(), schema[key].get<double>()))
         throw SceneError(pointer, std::string("must be ") + words + " " + schema[key].dump() +
                                       ", is " + shown(value));
-      }
     };
     hold("minimum", "at least", std::greater_equal<>());
     hold("maximum", "at most", std::less_equal<>());
@@ -278,16 +252,14 @@ class Checker {
   static void check_string(const json& schema, const std::string& text,
                            const std::string& pointer) {
     const std::size_t most = schema.value("maxLength", text.size());
-    if (text.size() < schema.value("minLength", std::size_t{0})) {
+    if (text.size() < schema.value("minLength", std::size_t{0}))
       throw SceneError(pointer, "must not be empty");
-    }
     if (text.size() > most) {
       throw SceneError(pointer, "must have at most " + std::to_string(most) + " characters, has " +
                                     std::to_string(text.size()));
     }
-    if (schema.contains("maxLength") && printable(text, text.size()) != text) {
+    if (schema.contains("maxLength") && printable(text, text.size()) != text)
       throw SceneError(pointer, "must not hold control characters, is " + shown(text));
-    }
   }
 
   void check_array(const json& schema, const json& value, const std::string& pointer) const {
@@ -300,11 +272,9 @@ class Checker {
       throw SceneError(pointer,
                        "must have " + wanted + " items, has " + std::to_string(value.size()));
     }
-    if (schema.contains("items")) {
-      for (std::size_t i = 0; i < value.size(); ++i) {
+    if (schema.contains("items"))
+      for (std::size_t i = 0; i < value.size(); ++i)
         check(schema["items"], value[i], child(pointer, i));
-      }
-    }
   }
 
   void check_object(const json& schema, const json& value, const std::string& pointer) const {
@@ -325,11 +295,9 @@ class Checker {
         check(additional, item, child(pointer, key));
       }
     }
-    for (const json& key : schema.value("required", json::array())) {
-      if (!value.contains(key.get<std::string>())) {
+    for (const json& key : schema.value("required", json::array()))
+      if (!value.contains(key.get<std::string>()))
         throw SceneError(pointer, "missing key " + key.dump());
-      }
-    }
   }
 
   const json& root_;

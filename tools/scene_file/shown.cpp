@@ -15,9 +15,8 @@ std::size_t character_length(std::string_view text) {
                              : byte(0) >= 0xF0 && byte(0) < 0xF5 ? 4
                                                                  : 0;
   if (length == 0 || length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
+  for (std::size_t i = 1; i < length; ++i)
     if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
   const bool control = byte(0) < 0x20 || byte(0) == 0x7F || (byte(0) == 0xC2 && byte(1) < 0xA0);
   return control ? 0 : length;
 }

@@ -52,9 +52,8 @@ std::vector<int> StagedWork::loose(const solver::Simulation& simulation, int far
   };
   const double least = 0.5 * moved(static_cast<std::size_t>(farthest));
   std::vector<int> blocks;
-  for (std::size_t b = 0; b < now.size(); ++b) {
+  for (std::size_t b = 0; b < now.size(); ++b)
     if (moved(b) >= least && moved(b) > 0.0) blocks.push_back(static_cast<int>(b));
-  }
   return blocks;
 }
 
@@ -92,9 +91,8 @@ solver::Scene StagedWork::worked(solver::Scene scene) const {
   const auto is_gone = [&](int block) {
     return scene.blocks[static_cast<std::size_t>(block)].kind == BlockKind::Absent;
   };
-  for (const int block : removed_) {
+  for (const int block : removed_)
     scene.blocks[static_cast<std::size_t>(block)].kind = BlockKind::Absent;
-  }
   const auto bears_none = [&](const auto& load) { return is_gone(load.block); };
   std::erase_if(scene.point_loads, bears_none);
   std::erase_if(scene.face_loads, bears_none);

@@ -41,9 +41,8 @@ nlohmann::ordered_json number(double value) {
 
 StudyAxis parse_axis(const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) {
+  if (equals == std::string::npos || equals == 0)
     throw std::invalid_argument("--vary " + text + ": expected KEY=VALUE,VALUE,…");
-  }
   StudyAxis axis;
   axis.key = text.substr(0, equals);
   const bool known = axis.key == "method" || axis.key == "penalty" || axis.key == "tolerance" ||
@@ -76,9 +75,8 @@ std::vector<StudyPoint> grid(const std::vector<StudyAxis>& axes) {
 
 std::vector<std::string> changes_of(const std::vector<StudyAxis>& axes, const StudyPoint& point) {
   std::vector<std::string> changes;
-  for (std::size_t k = 0; k < axes.size(); ++k) {
+  for (std::size_t k = 0; k < axes.size(); ++k)
     if (!axes[k].change.empty()) changes.push_back(axes[k].change + "=" + point.values[k]);
-  }
   return changes;
 }
 
@@ -128,9 +126,8 @@ void compare_with_finest(const std::vector<StudyAxis>& axes, std::vector<StudyPo
   std::map<std::vector<std::string>, std::vector<StudyPoint*>> scenes;
   for (StudyPoint& point : points) {
     std::vector<std::string> scene;
-    for (std::size_t i = 0; i < axes.size(); ++i) {
+    for (std::size_t i = 0; i < axes.size(); ++i)
       if (!axes[i].numerical) scene.push_back(point.values[i]);
-    }
     scenes[scene].push_back(&point);
   }
   for (const auto& [scene, members] : scenes) {
@@ -156,9 +153,8 @@ void compare_with(const std::vector<Vector3>& ends, std::vector<StudyPoint>& poi
   for (StudyPoint& point : points) {
     if (!point.failure.empty() || point.ends.size() != ends.size() || point.ends == ends) continue;
     double worst = 0.0;
-    for (std::size_t m = 0; m < ends.size(); ++m) {
+    for (std::size_t m = 0; m < ends.size(); ++m)
       worst = std::max(worst, (point.ends[m] - ends[m]).norm());
-    }
     point.error = scale > 0.0 ? worst / scale : worst;
   }
 }
@@ -200,9 +196,8 @@ nlohmann::ordered_json to_json(const std::string& scene, const std::vector<Study
     object["pareto"] = p.best;
     object["failure"] = p.failure;
     object["ends"] = nlohmann::ordered_json::array();
-    for (const Vector3& end : p.ends) {
+    for (const Vector3& end : p.ends)
       object["ends"].push_back({number(end.x()), number(end.y()), number(end.z())});
-    }
     list.push_back(object);
   }
   return {{"scene", scene}, {"points", list}};

@@ -46,9 +46,8 @@ std::vector<solver::Tie> grouted_tie(const solver::Scene& scene, const solver::T
     const bool last = i + 1 == points;
     part.b = last && whole.b >= 0 ? whole.b : block_at(scene, part.point_b);
     part.name = whole.name + "/" + std::to_string(i);
-    if (part.a != part.b && (can_move(scene, part.a) || can_move(scene, part.b))) {
+    if (part.a != part.b && (can_move(scene, part.a) || can_move(scene, part.b)))
       ties.push_back(part);
-    }
   }
   if (ties.empty()) {
     throw geometry::InputError("all " + std::to_string(points) +

@@ -66,11 +66,10 @@ void append_water(const Water& water, std::span<const StartJoint> joints,
   for (const StartJoint& joint : joints) {
     if (is_absent(joint.a) || is_absent(joint.b)) continue;
     // Faces that parts of one block have in common are no surface.
-    if (joint.a == joint.b ? !of_joints : water.surface == WetSurface::Free) {
+    if (joint.a == joint.b ? !of_joints : water.surface == WetSurface::Free)
       wetting.joint(joint, -1.0);
-    } else if (of_joints && joint.a != joint.b && water.wets_joint(joint)) {
+    else if (of_joints && joint.a != joint.b && water.wets_joint(joint))
       wetting.joint(joint, 1.0);
-    }
   }
 }
 

@@ -37,9 +37,8 @@ std::shared_ptr<const geometry::Shape> solid_of(const quoin_shape* shape) {
 
 geometry::BodyOptions options_of(const quoin_body_options* options) {
   require(options != nullptr, "options is null");
-  if (options->idle != 0 && options->idle != 1) {
+  if (options->idle != 0 && options->idle != 1)
     throw geometry::InputError("idle is " + std::to_string(options->idle) + ", must be 0 or 1");
-  }
   return {options->category, options->collides_with,
           options->idle != 0 ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving};
 }
@@ -47,9 +46,8 @@ geometry::BodyOptions options_of(const quoin_body_options* options) {
 geometry::QueryFilter filter_of(const quoin_query_filter* filter) {
   if (filter == nullptr) return {};
   geometry::QueryFilter made{.categories = filter->categories};
-  if (filter->accepts != nullptr) {
+  if (filter->accepts != nullptr)
     made.accepts = [=](int handle) { return filter->accepts(filter->context, handle) != 0; };
-  }
   return made;
 }
 
@@ -121,9 +119,8 @@ quoin_status quoin_finder_add_compound(quoin_finder* finder, const quoin_body* p
     require(parts != nullptr && count > 0 && handle != nullptr,
             "parts or handle is null, or there are no parts");
     std::vector<geometry::CompoundPart> made;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < count; ++k)
       made.push_back({solid_of(parts[k].shape), placement_of(parts[k].placement)});
-    }
     *handle = f.add_compound(made, placement_of(placement ? *placement : quoin_no_placement()),
                              options != nullptr ? options_of(options) : geometry::BodyOptions{});
   });

@@ -82,9 +82,8 @@ quoin_pair to_c(const PairResult& pair) {
 }
 
 void check(const quoin_body* body, int name) {
-  if (body == nullptr || body->shape == nullptr) {
+  if (body == nullptr || body->shape == nullptr)
     throw InputError("body " + std::to_string(name) + " or its shape is null");
-  }
   require_placement(placement_of(body->placement), name);
 }
 
@@ -130,12 +129,10 @@ std::vector<std::vector<int>> faces_of(const int* sizes, int count, const int* v
 std::span<const int> vertices_of(const Topology& topology, const quoin_feature& feature) {
   const auto below = [&](int count) { return feature.index >= 0 && feature.index < count; };
   if (feature.kind == QUOIN_VERTEX && below(topology.vertex_count())) return {&feature.index, 1};
-  if (feature.kind == QUOIN_EDGE && below(topology.edge_count())) {
+  if (feature.kind == QUOIN_EDGE && below(topology.edge_count()))
     return topology.edge(feature.index);
-  }
-  if (feature.kind == QUOIN_FACE && below(topology.face_count())) {
+  if (feature.kind == QUOIN_FACE && below(topology.face_count()))
     return topology.face(feature.index);
-  }
   throw InputError("the shape has no such feature");
 }
 

@@ -50,33 +50,27 @@ geometry::BlockPair pair_of(const quoin_candidates& given, std::size_t k) {
 void check(const quoin_candidates* given) {
   check_lists(given);
   const auto count = static_cast<std::size_t>(given->pair_count);
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < count; ++k)
     geometry::check_pair(k, pair_of(*given, k), given->body_count);
-  }
-  for (std::size_t k = 0; k < count; ++k) {
-    for (const int i : {pair_of(*given, k).a, pair_of(*given, k).b}) {
+  for (std::size_t k = 0; k < count; ++k)
+    for (const int i : {pair_of(*given, k).a, pair_of(*given, k).b})
       geometry::bindings::check(given->bodies + i, given->names == nullptr ? i : given->names[i]);
-    }
-  }
 }
 
 geometry::BodyChange change_of(int change) {
-  if (change < QUOIN_SAME || change > QUOIN_RESHAPED) {
+  if (change < QUOIN_SAME || change > QUOIN_RESHAPED)
     throw geometry::InputError("change " + std::to_string(change) + " is none of the three");
-  }
   return static_cast<geometry::BodyChange>(change);
 }
 
 /// Into the batch: changes and pairs, too.
 geometry::BodySource read(const quoin_candidates& given, quoin_batch& batch) {
   batch.changes.clear();
-  for (const int change : row(given.changes, given.body_count)) {
+  for (const int change : row(given.changes, given.body_count))
     batch.changes.push_back(change_of(change));
-  }
   batch.candidates.clear();
-  for (std::size_t k = 0; k < static_cast<std::size_t>(given.pair_count); ++k) {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(given.pair_count); ++k)
     batch.candidates.push_back(pair_of(given, k));
-  }
   geometry::BodySource source;
   source.owner = given.bodies;
   source.body = body_in_row;

@@ -9,11 +9,10 @@ namespace {
 /// Lays the hull of a set into the plane; straight by its face label where that is known.
 void lay_set(const Solid& solid, const VertexSet& set, int face, const ContactPlane& plane,
              double outward, double length, ProjectedFeature& patch) {
-  if (is_whole(solid, face, set)) {
+  if (is_whole(solid, face, set))
     lay_feature(solid, {FeatureKind::Face, face}, plane, outward, patch);
-  } else {
+  else
     lay_support_set(solid, set, span_kind(solid, set, length), plane, outward, patch);
-  }
 }
 
 /// `faces`: the features as laid already, or null.
@@ -43,12 +42,10 @@ bool joined_within(const Solid& p, const Solid& q, const Candidate& plane, const
 bool lies_inside(const Solid& p, const Solid& q, const Candidate& plane,
                  const ContactPolygon* faces, const Inside& by) {
   const ContactSets& sets = plane.sets;
-  if (sets.p.size() == 1 && sets.face_q >= 0) {
+  if (sets.p.size() == 1 && sets.face_q >= 0)
     return over_face(q, sets.face_q, -Vec3(plane.normal), place(p, sets.p[0]), by.margin);
-  }
-  if (sets.q.size() == 1 && sets.face_p >= 0) {
+  if (sets.q.size() == 1 && sets.face_p >= 0)
     return over_face(p, sets.face_p, plane.normal, place(q, sets.q[0]), by.margin);
-  }
   return margin_of(p, q, plane, faces, by.rounding) >= by.margin;
 }
 
@@ -141,9 +138,8 @@ bool keeps_line(const Solid& p, const Solid& q, const Candidate& plane, const Le
 
 bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane) {
   const ContactSets& sets = plane.sets;
-  if (sets.p.size() != 2 || sets.q.size() != 2 || plane.form.joined) {
+  if (sets.p.size() != 2 || sets.q.size() != 2 || plane.form.joined)
     return lies_over(p, q, plane, nullptr, -rounding);
-  }
   const ProjectedPair& laid = plane.edges.emplace(p, q, plane, sets.p, sets.q, rounding);
   const bool edges =
       laid.p.label.kind == FeatureKind::Edge && laid.q.label.kind == FeatureKind::Edge;
@@ -155,9 +151,7 @@ bool lies_over_within(const Solid& p, const Solid& q, double rounding, Candidate
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
                     const ContactPolygon* faces, const Lengths& length) {
   const double rounding = length.rounding;
-  if (clearly_apart(plane.gap, rounding)) {
-    return lies_firmly_over(p, q, plane, faces, length);
-  }
+  if (clearly_apart(plane.gap, rounding)) return lies_firmly_over(p, q, plane, faces, length);
   const Vec3 inner = Vec3(q.vertex_mean()) - Vec3(p.vertex_mean());
   const double needed = shallow_margin(inner, plane.normal, plane.gap, rounding);
   return needed < kInfinity &&
@@ -181,11 +175,10 @@ bool straight_plane(const Solid& p, const Solid& q, const Lengths& length, const
   const bool clearly = far_below > length.widest && alone(far_below);
   if (!clearly && !alone(length.widest)) return false;
   plane.gap = plane.normal.dot(q.vertex(plane.support_q.vertex) - p.vertex(plane.support_p.vertex));
-  if (lay_whole_faces(p, q, plane, plane.sets.p, plane.sets.q, optimum.faces.emplace())) {
+  if (lay_whole_faces(p, q, plane, plane.sets.p, plane.sets.q, optimum.faces.emplace()))
     optimum.faces->clear = clearly ? far_below : length.widest;
-  } else {
+  else
     optimum.faces.reset();
-  }
   return true;
 }
 

@@ -27,9 +27,8 @@ struct NearVertices {
   }
   void select(double length, VertexSet& set) const {
     set.clear();
-    for (std::size_t k = 0; k < vertices.size(); ++k) {
+    for (std::size_t k = 0; k < vertices.size(); ++k)
       if (depths[k] <= length) set.push_back(vertices[k]);
-    }
   }
 };
 

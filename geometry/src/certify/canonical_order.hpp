@@ -8,9 +8,8 @@ namespace quoin::geometry {
 
 /// Of two rows of numbers: -1, 0 or 1.
 inline int compare(const double* x, const double* y, Eigen::Index count) {
-  for (Eigen::Index k = 0; k < count; ++k) {
+  for (Eigen::Index k = 0; k < count; ++k)
     if (x[k] != y[k]) return x[k] < y[k] ? -1 : 1;
-  }
   return 0;
 }
 

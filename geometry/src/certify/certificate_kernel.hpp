@@ -74,9 +74,8 @@ template <FeatureKind kKind>
 bool name_carrier(const Solid& solid, const Carrier& carrier, double tolerance, Feature& feature) {
   if constexpr (kKind == kVertex) feature = {kVertex, carrier.vertices[0]};
   if constexpr (kKind == kFace) feature = {kFace, carrier.face};
-  if constexpr (kKind == kEdge) {
+  if constexpr (kKind == kEdge)
     feature = {kEdge, solid.topology().find_edge(carrier.vertices[0], carrier.vertices[1])};
-  }
   return feature.index >= 0 && (kKind != kFace || clearly_wide(solid, carrier.face, tolerance));
 }
 
@@ -151,9 +150,8 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   int top_a, top_b;
   const double clear = kByFace ? length.widest : (1.0 + kTurnedShare) * length.widest;
   if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length.rounding, clear, top_a) ||
-      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b)) {
+      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b))
     return Trial::Refuted;
-  }
   const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
   const double gap = dot(normal, low - high);
   double inside = kByFace || overlap != nullptr ? kFirm * length.rounding : length.rounding;
@@ -172,14 +170,12 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     const double turned = turning(length.rounding);
     if (overlap == nullptr && apart && !(gap * (kTurnedShare * length.widest) > turned) &&
         !keeps_carriers(a, b, {kA == kVertex ? 1 : 2, kB == kVertex ? 1 : 2}, normal,
-                        kEdges ? greater(gap, form.reach_across()) : gap, length)) {
+                        kEdges ? greater(gap, form.reach_across()) : gap, length))
       return Trial::Refuted;
-    }
   }
   if (!name_carrier<kA>(a, by_a, length.contact, answer.feature_a) ||
-      !name_carrier<kB>(b, by_b, length.contact, answer.feature_b)) {
+      !name_carrier<kB>(b, by_b, length.contact, answer.feature_b))
     return Trial::Undecided;
-  }
   const Vec3 across = gap * normal;
   const Witnesses on =
       kEdges ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))

@@ -11,9 +11,8 @@ namespace {
 using Order = SmallVector<std::pair<std::int64_t, std::size_t>, 64>;
 
 void find_places(const SharedCorners& corners, bool reversed, Order& order) {
-  for (std::size_t i = 0; i < corners.size(); ++i) {
+  for (std::size_t i = 0; i < corners.size(); ++i)
     order.push_back({key_number(corners[i].feature_p, corners[i].feature_q, reversed), i});
-  }
   std::sort(order.begin(), order.end());
 }
 
@@ -49,9 +48,8 @@ void append_corners(const std::array<int, 2>& blocks, bool reversed, const Neare
   common.indeterminate = nearest.indeterminate;
   common.normal = nearest.normal;
   contacts.resize(first + count, common);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i)
     take_point(corners[order[i].second], reversed, plane, contacts[first + i]);
-  }
 }
 
 }  // namespace quoin::geometry

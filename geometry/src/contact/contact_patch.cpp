@@ -34,9 +34,8 @@ void find_names(const Solid& solid, const ProjectedFeature& patch, const Feature
                 const Vector2& place, SmallVector<int, 32>& names) {
   const Topology& topology = solid.topology();
   const auto add = [&](std::span<const int> edges) {
-    for (const int e : edges) {
+    for (const int e : edges)
       if (!names.contains(e)) names.push_back(e);
-    }
   };
   if (own.kind == FeatureKind::Edge && own.index >= 0) names.push_back(own.index);
   const std::size_t k = nearest_corner(patch, place);

@@ -67,9 +67,8 @@ bool looks_away(const Solid& polyhedron, std::span<const int> faces, const Vecto
 void find_carriers(const Solid& polyhedron, const Vector3& outward, const VertexSet& band,
                    const VertexSet& nearest, SmallVector<Feature, 32>& carriers) {
   const Topology& topology = polyhedron.topology();
-  if (const int face = only_facing(polyhedron, band, outward); face >= 0) {
+  if (const int face = only_facing(polyhedron, band, outward); face >= 0)
     return carriers.push_back({FeatureKind::Face, face});
-  }
   const auto add = [&](const Feature& feature) {
     if (!carriers.contains(feature)) carriers.push_back(feature);
   };
@@ -98,9 +97,8 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
       if (std::abs(line.dot(outward)) > kSteepSine * line.norm()) continue;
       const bool needed = nearest.contains(from) && nearest.contains(to);
       if (!needed && (looks_away(polyhedron, topology.edge_faces(e), outward) ||
-                      climbs_from_edge(polyhedron, e, line, outward))) {
+                      climbs_from_edge(polyhedron, e, line, outward)))
         continue;
-      }
       add({FeatureKind::Edge, e});
       covered = true;
     }
@@ -202,9 +200,8 @@ BandBox band_box(const ProjectedFeature& patch, double limit, double sign) {
     const ProjectedCorner& next = patch.corners[k + 1 < patch.corners.size() ? k + 1 : 0];
     const double here = sign * (c.height - limit), there = sign * (next.height - limit);
     if (here >= 0.0) box.add(c.place);
-    if ((here >= 0.0) != (there >= 0.0)) {
+    if ((here >= 0.0) != (there >= 0.0))
       box.add(c.place + here / (here - there) * (next.place - c.place));
-    }
   }
   return box;
 }
@@ -226,12 +223,9 @@ bool may_have_twins(const SharedCorners& points) {
   constexpr std::size_t kFew = 16;
   if (points.size() > kFew) return true;
   for (std::size_t k = 1; k < points.size(); ++k) {
-    for (std::size_t i = 0; i < k; ++i) {
-      if (points[i].feature_p == points[k].feature_p &&
-          points[i].feature_q == points[k].feature_q) {
+    for (std::size_t i = 0; i < k; ++i)
+      if (points[i].feature_p == points[k].feature_p && points[i].feature_q == points[k].feature_q)
         return true;
-      }
-    }
   }
   return false;
 }
@@ -240,9 +234,8 @@ bool may_have_twins(const SharedCorners& points) {
 void merge_twins(SharedCorners& points) {
   if (!may_have_twins(points)) return;
   SmallVector<std::pair<std::int64_t, std::size_t>, 32> names;
-  for (std::size_t k = 0; k < points.size(); ++k) {
+  for (std::size_t k = 0; k < points.size(); ++k)
     names.push_back({key_number(points[k].feature_p, points[k].feature_q, false), k});
-  }
   std::sort(names.begin(), names.end());
   bool twins = false;
   for (std::size_t i = 1, first = 0; i < names.size(); ++i) {
@@ -263,9 +256,8 @@ void merge_twins(SharedCorners& points) {
 
 /// Adds the corners within the band.
 void add_points(const SharedCorners& corners, double band, PairPoints& pair) {
-  for (const SharedCorner& c : corners) {
+  for (const SharedCorner& c : corners)
     if (gap_of(c) <= pair.gap + band && named(c)) pair.merged.push_back(c);
-  }
 }
 
 /// What is the same all the way to the points: the pair as it is worked, lengths in m.
@@ -350,9 +342,8 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   };
   pair.one_face_p = one_face(carriers.p);
   pair.one_face_q = one_face(carriers.q);
-  if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding)) {
+  if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding))
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
-  }
   auto& [patch_p, patch_q] = patches;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
@@ -406,9 +397,8 @@ void append_stretch(const ProjectedFeature& patch_p, const ProjectedFeature& pat
   };
   const bool along_p = squared(patch_p) >= squared(patch_q);
   if (!find_shared_stretch(along_p ? patch_p : patch_q, along_p ? patch_q : patch_p, rounding,
-                           ends)) {
+                           ends))
     return;
-  }
   for (const Vector2& place : ends) {
     corners.push_back({place,
                        height_along(patch_p, place),
@@ -534,9 +524,8 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     add_stretch_points(patch_p, patch_q, work, part.corners, pair);
   } else {
     const double off_plane = kFlatLabel * work.rounding;
-    if (!surfaces && !(is_flat(patch_p, off_plane) && is_flat(patch_q, off_plane))) {
+    if (!surfaces && !(is_flat(patch_p, off_plane) && is_flat(patch_q, off_plane)))
       surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
-    }
     append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
     if (surfaces) surfaces->lift(part.corners);
     SharedCorners shown = part.corners;
@@ -550,11 +539,10 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     }
   }
   find_polygon(part.corners, part.polygon);
-  if (pair.type == ContactType::FaceFace) {
+  if (pair.type == ContactType::FaceFace)
     add_tolerance_line(work, patch_p, patch_q, part, surfaces, pair);
-  } else {
+  else
     part.polygon.area = 0.0;
-  }
 }
 
 /// Marks the points that stand out of the hull of the others: the corners of the hull of all, but
@@ -572,9 +560,8 @@ void mark_outer(const SharedCorners& points, const SmallVector<int, 32>& order, 
     };
     const bool crossing = point(k).feature_p.kind == FeatureKind::Edge;
     if (crossing &&
-        near_segment(point(before).place, point(after).place, point(k).place, tolerance)) {
+        near_segment(point(before).place, point(after).place, point(k).place, tolerance))
       continue;
-    }
     outer[static_cast<std::size_t>(order[k])] = 1;
     before = k;
   }
@@ -608,9 +595,8 @@ void drop_inner_points(const ContactPolygon& part, PairPoints& pair) {
 /// The area of the polygon goes to the nearest points.
 void share_area(const ContactPolygon& part, double band, PairPoints& pair) {
   for (SharedCorner& point : pair.merged) point.share = 0.0;
-  for (std::size_t i = 0; i < part.corners.size(); ++i) {
+  for (std::size_t i = 0; i < part.corners.size(); ++i)
     nearest_point(part.corners[i].place, i, pair.merged).share += part.corners[i].share;
-  }
   if (band <= pair.tolerance) drop_inner_points(part, pair);
   balance_shares(part.polygon, pair.merged);
 }
@@ -654,9 +640,8 @@ void name_nearest(const Solid& p, const Solid& q, const PairPoints& pair, Shared
     });
   };
   if (pair.support_q.size() == 1 && take_vertex_of_q()) return;
-  for (const int v : pair.support_p) {
+  for (const int v : pair.support_p)
     if (take({FeatureKind::Vertex, v}, face_q)) return;
-  }
   take_vertex_of_q();
 }
 
@@ -693,9 +678,8 @@ SharedCorner corner_of_witnesses(const OrderedPair& ordered, const NearestFeatur
 /// hide it from the faces.
 void ensure_least_gap(const OrderedPair& ordered, const NearestFeatures& nearest,
                       const ContactOptions& options, double rounding, PairPoints& pair) {
-  for (const SharedCorner& point : pair.merged) {
+  for (const SharedCorner& point : pair.merged)
     if (gap_of(point) <= pair.gap + rounding) return;
-  }
   SharedCorner corner = corner_of_witnesses(ordered, nearest, options, pair);
   name_nearest(ordered.p, ordered.q, pair, corner);
   add_merged(corner, pair.tolerance, ordered.reversed, pair.merged);
@@ -718,9 +702,8 @@ void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, doub
   faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
   faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
   if (!carries_alone(p, faces.face_p, ordered.normal, tolerance, faces.top_p) ||
-      !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q)) {
+      !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q))
     return part.reset();
-  }
   faces.clear = tolerance;
   faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
   lay_faces(p, q, nearest.gap, faces);
@@ -747,9 +730,8 @@ void take_sets(const OrderedPair& ordered, const ContactPolygon& part, PairPoint
 /// The points of two whole faces, from what the search has found already.
 bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
                       double rounding, LateInit<ContactPolygon>& part, PairPoints& pair) {
-  if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face) {
+  if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face)
     return false;
-  }
   if (!part) find_faces(ordered, nearest, pair.tolerance, part);
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
   if (!are_wide(ordered, *part, pair.tolerance)) return false;
@@ -757,9 +739,8 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
                  &of_q = ordered.q.shape().label_fit(part->face_q);
   if (std::max(of_p.outside, of_q.outside) > kFlatLabel * rounding) return false;
   const bool flat = std::max(of_p.off_plane, of_q.off_plane) <= kFlatLabel * rounding;
-  if (!flat) {
+  if (!flat)
     Surfaces(ordered.p, ordered.q, part->plane, band + rounding, rounding).lift(part->corners);
-  }
   const auto in_reach = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + band; };
   const auto is_least = [&](const SharedCorner& c) { return gap_of(c) <= pair.gap + rounding; };
   const bool within = std::all_of(part->corners.begin(), part->corners.end(), in_reach);
@@ -795,9 +776,8 @@ void find_top(const Solid& solid, const Vector3& outward, double top, const TopD
               VertexSet& band, VertexSet& support) {
   find_vertices_beyond(solid, outward, top - depths.band, band);
   const Vec3 local = solid.turned_back(outward);
-  for (const int v : band) {
+  for (const int v : band)
     if (dot(row_offset(solid, v), local) >= top - depths.tolerance) support.push_back(v);
-  }
 }
 
 /// Do the points show all that two edges share, where these cross at more than 30 degrees?
@@ -805,9 +785,8 @@ bool show_crossing(const Working& work, const PairPoints& pair) {
   constexpr double kClearSine = 0.5, kClearPlace = 64.0;
   const VertexSet &set_p = pair.support_p, &set_q = pair.support_q;
   if (pair.type != ContactType::EdgeEdgeCrossing || set_p.size() != 2 || set_q.size() != 2 ||
-      !(pair.tolerance > kClearPlace * work.rounding)) {
+      !(pair.tolerance > kClearPlace * work.rounding))
     return false;
-  }
   const Vec3 e = work.p.line(set_p[0], set_p[1]), f = work.q.line(set_q[0], set_q[1]);
   if (!(square(cross(e, f)) > kClearSine * kClearSine * square(e) * square(f))) return false;
   const Feature of_p{FeatureKind::Edge, work.p.topology().find_edge(set_p[0], set_p[1])};
@@ -841,9 +820,7 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
   const bool shown = !pair.outlined && !surfaces && show_crossing(work, pair);
-  if (!of_vertex && !shown) {
-    find_shared_part(work, surfaces, pair, patches, part.emplace());
-  }
+  if (!of_vertex && !shown) find_shared_part(work, surfaces, pair, patches, part.emplace());
 }
 
 void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest,
@@ -854,9 +831,8 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.gap = nearest.gap;
   const double band = std::max(pair.tolerance, options.reach);
   const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
-  if (!find_face_points(ordered, nearest, band, rounding, part, pair)) {
+  if (!find_face_points(ordered, nearest, band, rounding, part, pair))
     find_all_points(ordered, options, rounding, part, pair);
-  }
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, nearest, options, rounding, pair);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);

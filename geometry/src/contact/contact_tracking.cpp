@@ -41,9 +41,8 @@ struct Run {
 bool same_keys(const ContactPointList& now, const Run& new_run, const ContactPointList& before,
                const Run& old_run) {
   if (new_run.end - new_run.first != old_run.end - old_run.first) return false;
-  for (std::size_t i = new_run.first, j = old_run.first; i < new_run.end; ++i, ++j) {
+  for (std::size_t i = new_run.first, j = old_run.first; i < new_run.end; ++i, ++j)
     if (key(now, i) != key(before, j)) return false;
-  }
   return true;
 }
 
@@ -61,9 +60,8 @@ void PairTracking::hand_over(double reach, std::span<int> previous) {
   for (const Single& now : young_) {
     for (const Single& before : old_) {
       const double squared_distance = (now.place - before.place).squaredNorm();
-      if (squared_distance <= reach * reach) {
+      if (squared_distance <= reach * reach)
         offers_.push_back({squared_distance, now.index, before.index});
-      }
     }
   }
   std::sort(offers_.begin(), offers_.end(), [](const Offer& x, const Offer& y) {

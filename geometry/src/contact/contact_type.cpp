@@ -10,9 +10,8 @@ namespace quoin::geometry {
 void find_support_set(const Body& body, const Vector3& normal, double tolerance, SupportSet& set) {
   require_length(tolerance, "support set: tolerance");
   const Placement& stands = body.placement();
-  if (!std::isfinite(normal.sum() + stands.linear.sum() + stands.translation.sum())) {
+  if (!std::isfinite(normal.sum() + stands.linear.sum() + stands.translation.sum()))
     throw InputError("support set: the normal or the placement is not finite");
-  }
   const Solid polyhedron(body, Vector3::Zero());
   VertexSet vertices;
   find_vertices_beyond(polyhedron, normal, support(polyhedron, normal).value - tolerance, vertices);
@@ -23,9 +22,8 @@ void find_support_set(const Body& body, const Vector3& normal, double tolerance,
 ContactType contact_type(const Body& body_a, const Body& body_b, const SupportSet& set_a,
                          const SupportSet& set_b, double tolerance) {
   require_length(tolerance, "contact type: tolerance");
-  if (set_a.vertices.empty() || set_b.vertices.empty()) {
+  if (set_a.vertices.empty() || set_b.vertices.empty())
     throw InputError("contact type: a support set is empty");
-  }
   const PlacedPair pair(body_a, body_b);
   VertexSet vertices_a, vertices_b;
   for (const int v : set_a.vertices) vertices_a.push_back(v);

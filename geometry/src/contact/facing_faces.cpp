@@ -16,9 +16,8 @@ bool others_look(const Topology& topology, int face, const LooksAlong& looks) {
   if (std::any_of(beside.begin(), beside.end(), looks)) return true;
   if (topology.three_faces_at_vertices()) return false;
   for (const int v : topology.face(face)) {
-    for (const int f : topology.vertex_faces(v)) {
+    for (const int f : topology.vertex_faces(v))
       if (f != face && looks(f)) return true;
-    }
   }
   return false;
 }
@@ -57,9 +56,8 @@ bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, dou
     return only_these_beyond(solid, outward, top.value - band, solid.topology().face_set(face));
   };
   if (band > part.clear && (!alone(p, part.face_p, outward_p, part.top_p) ||
-                            !alone(q, part.face_q, outward_q, part.top_q))) {
+                            !alone(q, part.face_q, outward_q, part.top_q)))
     return false;
-  }
   return stands_alone(p, part.face_p, outward_p) && stands_alone(q, part.face_q, outward_q);
 }
 

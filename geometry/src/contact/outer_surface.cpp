@@ -42,9 +42,8 @@ OuterSurface::OuterSurface(const Solid& solid, const ContactPlane& plane, double
     triangles_.push_back(t);
     for (const int v : t) used[static_cast<std::size_t>(v)] = 1;
   }
-  for (std::size_t v = 0; v < count; ++v) {
+  for (std::size_t v = 0; v < count; ++v)
     if (used[v] != 0) corners_.push_back(static_cast<int>(v));
-  }
 }
 
 double OuterSurface::height(const Vector2& place, double otherwise) const {
@@ -98,9 +97,8 @@ OuterSurface::Cover OuterSurface::cover(const Triangle& t, const Vector2& place)
 double OuterSurface::needle_height(const Triangle& t, const std::array<Vector2, 3>& step) const {
   std::size_t from = 0;
   const auto side_at = [&](std::size_t k) -> Vector2 { return step[(k + 1) % 3] - step[k]; };
-  for (std::size_t k = 1; k < 3; ++k) {
+  for (std::size_t k = 1; k < 3; ++k)
     if (side_at(k).squaredNorm() > side_at(from).squaredNorm()) from = k;
-  }
   const std::size_t to = (from + 1) % 3, beyond = (from + 2) % 3;
   const auto height = [&](std::size_t k) { return heights_[static_cast<std::size_t>(t[k])]; };
   const Vector2 side = side_at(from), corner = step[beyond] - step[from];

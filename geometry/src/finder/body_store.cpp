@@ -86,9 +86,8 @@ void BodyStore::leave_kind(int kind) {
 int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placement,
                    const BodyOptions& options) {
   const int handle = given();
-  if (handle == std::numeric_limits<int>::max()) {
+  if (handle == std::numeric_limits<int>::max())
     throw InputError("finder: no handle is left after 2147483647 bodies");
-  }
   require_shape(shape, handle);
   require_placement(placement, handle);
   make_room();

@@ -278,9 +278,8 @@ void BroadPhase::Tree::update_tree(double reach) {
 template <class Meets, class Visit>
 void BroadPhase::Tree::visit_where(const Meets& meets, const Visit& visit) {
   if (few()) {
-    for (int i = 0; i < count(); ++i) {
+    for (int i = 0; i < count(); ++i)
       if (has(i, kPresent) && meets(boxes[at(i)])) visit(i, boxes[at(i)]);
-    }
     return;
   }
   stack.assign(1, tree.getRoot());
@@ -314,16 +313,14 @@ void BroadPhase::Tree::find_around(int i, BoxState once) {
 void BroadPhase::Tree::find_all() {
   fresh.clear();
   visits = 0;
-  for (int i = 0; i < count(); ++i) {
+  for (int i = 0; i < count(); ++i)
     if (has(i, kPresent)) find_around(i, kPresent);
-  }
 }
 
 void BroadPhase::Tree::find_moved() {
   fresh.clear();
-  for (const int i : moved) {
+  for (const int i : moved)
     if (has(i, kPresent)) find_around(i, kMoved);
-  }
   std::sort(fresh.begin(), fresh.end());
   fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
   std::erase_if(kept,
@@ -361,9 +358,8 @@ void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
   update_tree(reach);
   fresh.clear();
   for (const int i : asked) state[at(i)] |= kAsked;
-  for (const int i : asked) {
+  for (const int i : asked)
     if (has(i, kPresent)) find_around(i, kAsked);
-  }
   for (const int i : asked) clear_bit(i, kAsked);
   std::sort(fresh.begin(), fresh.end());
   fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
@@ -373,9 +369,8 @@ void BroadPhase::Tree::find_pairs_of(std::span<const int> asked, double reach) {
 template <class Near>
 void BroadPhase::Tree::filter(const std::vector<BlockPair>& pairs, const Near& near) {
   result.clear();
-  for (const BlockPair& pair : pairs) {
+  for (const BlockPair& pair : pairs)
     if (near(pair)) result.push_back(pair);
-  }
 }
 
 void BroadPhase::Tree::keep_near(const std::vector<BlockPair>& pairs, double reach) {

@@ -124,9 +124,8 @@ void ContactFinder::Memory::update_box(int slot) {
 /// Of the bodies that have changed since this was done last.
 void ContactFinder::Memory::update_boxes() {
   if (store.many_to_place()) {
-    for (int slot = 0; slot < store.slots(); ++slot) {
+    for (int slot = 0; slot < store.slots(); ++slot)
       if (has_changed(slot)) update_box(slot);
-    }
   } else {
     for (const int slot : store.to_place()) update_box(slot);
   }
@@ -255,9 +254,8 @@ bool ContactFinder::Memory::is_tested(const BlockPair& pair) const {
 std::span<const BlockPair> ContactFinder::Memory::tested(const std::vector<BlockPair>& near) {
   if (!filter && compounds.empty() && store.all_may_touch()) return near;
   pairs.clear();
-  for (const BlockPair& pair : near) {
+  for (const BlockPair& pair : near)
     if (is_tested(pair)) pairs.push_back(pair);
-  }
   return pairs;
 }
 
@@ -401,9 +399,8 @@ void ContactFinder::all_hits(const Ray& ray, std::vector<BodyHit>& hits,
 void ContactFinder::bodies_in_box(const Box& box, std::vector<int>& handles,
                                   const QueryFilter& filter) {
   Memory& m = memory();
-  if (!((box.max - box.min).minCoeff() >= 0.0) || !(box.max - box.min).allFinite()) {
+  if (!((box.max - box.min).minCoeff() >= 0.0) || !(box.max - box.min).allFinite())
     throw InputError("finder: the box is not finite, or its max is below its min");
-  }
   m.find_in_box(box, filter);
   handles.clear();
   for (const int slot : m.asked) handles.push_back(m.store.handle(slot));
@@ -417,11 +414,9 @@ void ContactFinder::bodies_at(const Vector3& point, double tolerance, std::vecto
   if (!point.allFinite()) return;
   const Vector3 room = Vector3::Constant(tolerance);
   m.find_in_box({point - room, point + room}, filter);
-  for (const int slot : m.asked) {
-    if (geometry::contains(body_in_store(&m.store, slot), point, tolerance)) {
+  for (const int slot : m.asked)
+    if (geometry::contains(body_in_store(&m.store, slot), point, tolerance))
       handles.push_back(m.store.handle(slot));
-    }
-  }
 }
 
 std::span<const PairResult> ContactFinder::pairs() const { return memory().batch.pairs(); }

@@ -27,10 +27,9 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
   auto update = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
     if (w >= workers) return;
-    for (std::size_t i = pairs.size() * w / workers; i < pairs.size() * (w + 1) / workers; ++i) {
+    for (std::size_t i = pairs.size() * w / workers; i < pairs.size() * (w + 1) / workers; ++i)
       answers[i] = nearest_features(bodies[at(pairs[i].a)], bodies[at(pairs[i].b)], options,
                                     answers[i].hint);
-    }
   };
   workers > 1 ? executor->run_each(update) : update(0);
 }

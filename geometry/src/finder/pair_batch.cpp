@@ -105,10 +105,9 @@ void check_sizes(const BodySource& bodies) {
                      std::to_string(bodies.count) + " bodies");
   }
   const auto fits = [&](std::size_t size, const char* what) {
-    if (size != 0 && size != static_cast<std::size_t>(bodies.count)) {
+    if (size != 0 && size != static_cast<std::size_t>(bodies.count))
       throw InputError("pair batch: " + std::to_string(size) + " " + what + " for " +
                        std::to_string(bodies.count) + " bodies");
-    }
   };
   fits(bodies.names.size(), "names");
   fits(bodies.changes.size(), "changes");
@@ -284,15 +283,11 @@ void PairBatch::Memory::forget_changed() {
   standing_pairs = kept_pairs = 0;
   const auto still = std::ranges::count(bodies.changes, BodyChange::None);
   const auto other_shapes = std::ranges::count(bodies.changes, BodyChange::Shape);
-  if (still < 2 && other_shapes == 0 && remembered_pairs == 0) {
-    return;
-  }
+  if (still < 2 && other_shapes == 0 && remembered_pairs == 0) return;
   const bool same_reach = remembered_reach == options.reach;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const bool stand = both_stand(pairs[i]);
-    if (!stand || !same_reach) {
-      states[i].kept = -1;
-    }
+    if (!stand || !same_reach) states[i].kept = -1;
     if (reshaped(pairs[i])) {
       hints[i] = {};
       states[i].apart_until = 0.0;
@@ -304,22 +299,18 @@ void PairBatch::Memory::forget_changed() {
 
 /// Keeps the contact points of all pairs that stand, sorted by key as they are in `contacts`.
 void PairBatch::Memory::remember(const std::vector<ContactPoint>& contacts) {
-  if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs) {
+  if (standing_pairs == kept_pairs && kept_pairs == remembered_pairs)
     return;  // all of them are there already
-  }
   std::size_t total = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
+  for (std::size_t i = 0; i < pairs.size(); ++i)
     if (both_stand(pairs[i])) total += static_cast<std::size_t>(count_of(states[i]));
-  }
   next_remembered.clear();
   next_remembered.reserve(total);
   auto contact = contacts.begin();
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto first = contact;
     contact += count_of(states[i]);
-    if (!both_stand(pairs[i])) {
-      continue;
-    }
+    if (!both_stand(pairs[i])) continue;
     states[i].kept = static_cast<int>(next_remembered.size());
     next_remembered.insert(next_remembered.end(), first, contact);
   }
@@ -338,9 +329,8 @@ void PairBatch::Memory::match(std::size_t i, const Body& a, std::span<const Trac
       std::max(reach_of(pairs[i]), tolerance_of(a, part.bodies.second(pairs[i].b)));
   part.tracking.match(std::span(part.tracked).last(points.size()), was, reach, part.previous);
   const int first = listed_of(states[i]).first;
-  for (std::size_t k = 0; k < points.size(); ++k) {
+  for (std::size_t k = 0; k < points.size(); ++k)
     if (part.previous[k] >= 0) points[k].previous = first + part.previous[k];
-  }
 }
 
 /// Finds the points' predecessors, and keeps the points for the next call.
@@ -369,9 +359,7 @@ bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b,
   const double near = std::max(reach_of(pairs[i]), tolerance_of(a, b));
   const double beyond = apart_beyond(a, b, hint.normal, near);
   if (!(beyond > 0.0)) return false;
-  if (!bodies.ways.empty()) {
-    state.apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
-  }
+  if (!bodies.ways.empty()) state.apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
   return true;
 }
 
@@ -526,9 +514,8 @@ std::span<const PairResult> PairBatch::pairs() const { return memory().listed; }
 void PairBatch::set_reach(double reach) {
   require_length(reach, "pair batch: reach");
   Memory& m = memory();
-  if (reach > m.options.reach) {
+  if (reach > m.options.reach)
     for (PairState& pair : m.states) pair.apart_until = 0.0;
-  }
   m.options.reach = reach;
 }
 

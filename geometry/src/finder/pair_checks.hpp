@@ -24,9 +24,8 @@ void check_names(std::span<const int> names);
 /// `name(i)`: for the message.
 template <class Name>
 void check_placements(std::span<const BlockPair> pairs, const Body* bodies, const Name& name) {
-  for (const BlockPair& pair : pairs) {
+  for (const BlockPair& pair : pairs)
     for (const int i : {pair.a, pair.b}) require_placement(bodies[i].placement(), name(i));
-  }
 }
 
 }  // namespace quoin::geometry

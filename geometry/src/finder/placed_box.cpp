@@ -11,9 +11,8 @@ namespace quoin::geometry {
 namespace {
 
 std::string number_name(const Placement& placement, const double& number) {
-  if (&number >= placement.translation.data() && &number < placement.translation.data() + 3) {
+  if (&number >= placement.translation.data() && &number < placement.translation.data() + 3)
     return "translation[" + std::to_string(&number - placement.translation.data()) + "]";
-  }
   const auto place = &number - placement.linear.data();
   return "linear(" + std::to_string(place % 3) + ", " + std::to_string(place / 3) + ")";
 }
@@ -30,9 +29,8 @@ void require_finite(const Placement& placement, const double& number, int body) 
 void refuse_placement(const Placement& placement, int body) {
   const Matrix3& m = placement.linear;
   for (Eigen::Index k = 0; k < 9; ++k) require_finite(placement, m.data()[k], body);
-  for (Eigen::Index k = 0; k < 3; ++k) {
+  for (Eigen::Index k = 0; k < 3; ++k)
     require_finite(placement, placement.translation.data()[k], body);
-  }
   const double determinant = m.col(0).dot(m.col(1).cross(m.col(2)));
   if (determinant > 0.0) return;
   throw InputError("body " + std::to_string(body) + ": the determinant of its placement is " +

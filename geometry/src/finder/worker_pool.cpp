@@ -31,9 +31,8 @@ void await_change(const std::atomic<unsigned>& value, unsigned old) {
 }
 
 std::size_t checked(int count) {
-  if (count < 1) {
+  if (count < 1)
     throw InputError("worker pool: " + std::to_string(count) + " workers, at least 1 needed");
-  }
   return static_cast<std::size_t>(count);
 }
 
@@ -42,9 +41,8 @@ std::size_t checked(int count) {
 WorkerPool::WorkerPool(int count) : taken_(checked(count)), failures_(taken_.size()) {
   threads_.reserve(static_cast<std::size_t>(count) - 1);  // so that only a thread can fail below
   try {
-    for (int worker = 1; worker < count; ++worker) {
+    for (int worker = 1; worker < count; ++worker)
       threads_.emplace_back([this, worker] { serve(worker); });
-    }
   } catch (
       const std::exception&) {  // no further thread, or no memory for it: the others do the work
   }

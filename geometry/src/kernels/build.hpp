@@ -70,9 +70,8 @@ struct Build {
                                         const Lengths& length, NearestFeatures& answer) {
     Carrier by_a, by_b;
     if (!hinted_carrier(a.shape(), hint.vertices_a, hint.face_a, by_a) ||
-        !hinted_carrier(b.shape(), hint.vertices_b, hint.face_b, by_b)) {
+        !hinted_carrier(b.shape(), hint.vertices_b, hint.face_b, by_b))
       return Trial::Undecided;
-    }
     return certify(a, b, by_a, by_b, length, nullptr, answer);
   }
 
@@ -84,9 +83,8 @@ struct Build {
                                            NearestFeatures& answer) {
     const CornerFeatures corners = nearest_corners(a, b);
     Carrier by_a, by_b;
-    if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b)) {
+    if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b))
       return Trial::Refuted;
-    }
     return certify_by<FewScan>(a, b, by_a, by_b, length, nullptr, answer);
   }
 

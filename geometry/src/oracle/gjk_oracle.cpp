@@ -74,9 +74,8 @@ OracleAnswer depth_by(Penetration penetration, const Shape& a, const Shape& b, d
 
 fcl::Convexd convex_of(const Shape& solid, const Vector3& origin) {
   auto vertices = std::make_shared<std::vector<fcl::Vector3d>>();
-  for (int v = 0; v < solid.topology().vertex_count(); ++v) {
+  for (int v = 0; v < solid.topology().vertex_count(); ++v)
     vertices->push_back(solid.vertex(v) - origin);
-  }
   auto faces = std::make_shared<std::vector<int>>();
   for (int f = 0; f < solid.topology().face_count(); ++f) {
     const std::span<const int> face = solid.topology().face(f);

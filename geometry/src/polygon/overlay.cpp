@@ -208,18 +208,15 @@ class Overlay {
     std::fill(stand_p_.begin(), stand_p_.end(), Standing{});
     std::fill(stand_q_.begin(), stand_q_.end(), Standing{});
     (p_.size() * q_.size() <= kFewPairs) ? compare_all() : sweep();
-    for (std::size_t i = 0; i < p_.size(); ++i) {
+    for (std::size_t i = 0; i < p_.size(); ++i)
       if (q_.covers(stand_p_[i])) add_corner_of_p(i, corners);
-    }
-    for (std::size_t j = 0; j < q_.size(); ++j) {
+    for (std::size_t j = 0; j < q_.size(); ++j)
       if (p_.covers(stand_q_[j])) add_corner_of_q(j, corners);
-    }
     for (const Crossing& crossing : crossings_) add_crossing(crossing, corners);
   }
   void compare_all() {
-    for (std::size_t i = 0; i < p_.size(); ++i) {
+    for (std::size_t i = 0; i < p_.size(); ++i)
       for (std::size_t j = 0; j < q_.size(); ++j) compare(i, j);
-    }
   }
 
   /// The extent of a side along u: only sides whose extents meet are compared. Others neither
@@ -269,9 +266,8 @@ class Overlay {
   }
   static void drop_ended(const Extents& sides, double low, SmallVector<std::size_t, 64>& open) {
     std::size_t kept = 0;
-    for (const std::size_t k : open) {
+    for (const std::size_t k : open)
       if (sides[k].high >= low) open[kept++] = k;
-    }
     open.resize(kept);
   }
 
@@ -424,9 +420,8 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
     return std::sqrt(squared_distance({first, line, line.norm()}, place - first));
   }
   double worst = 0.0;
-  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
+  for (std::size_t k = 0; k < patch.corners.size(); ++k)
     worst = std::max(worst, -inside(patch, k, place));
-  }
   return worst;
 }
 
@@ -444,9 +439,8 @@ double lay_over(const ProjectedFeature& p, const ProjectedFeature& q, double rou
 }
 
 double overlap_margin(const ProjectedFeature& p, const ProjectedFeature& q) {
-  if (p.corners.size() == 1 && q.corners.size() == 1) {
+  if (p.corners.size() == 1 && q.corners.size() == 1)
     return -(p.corners[0].place - q.corners[0].place).norm();
-  }
   return std::min(reach_inside(p, q), reach_inside(q, p));
 }
 

@@ -42,9 +42,8 @@ void set_slope(const Solid& polyhedron, const ContactPlane& plane, ProjectedFeat
 ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
     : origin(origin_in), normal(normal_in) {
   int k = 0;
-  for (int i = 1; i < 3; ++i) {
+  for (int i = 1; i < 3; ++i)
     if (std::abs(normal[i]) < std::abs(normal[k])) k = i;
-  }
   axis_u = normal.cross(Vector3::Unit(k)).normalized();
   axis_v = normal.cross(axis_u);
 }
@@ -61,9 +60,8 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
     add_corner(polyhedron, feature.index, -1, local, patch);
   } else if (feature.kind == FeatureKind::Edge) {
     patch.face = most_facing(polyhedron, topology.edge_faces(feature.index), facing);
-    for (const int v : topology.edge(feature.index)) {
+    for (const int v : topology.edge(feature.index))
       add_corner(polyhedron, v, feature.index, local, patch);
-    }
   } else {
     patch.face = feature.index;
     const std::span<const int> cycle = topology.face(feature.index);
@@ -109,9 +107,8 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   patch.face = patch.label.index;
   const std::size_t corners = topology.face(patch.face).size();
   if (corners == vertices.size() && polyhedron.shape().label_fit(patch.face).outside < kInfinity &&
-      has_just(topology, patch.label, vertices)) {
+      has_just(topology, patch.label, vertices))
     return lay_feature(polyhedron, patch.label, plane, outward, patch);
-  }
   SmallVector<int, 32> order;
   SmallVector<Vector2, 32> places;
   const LocalPlane local(polyhedron, plane);
@@ -134,17 +131,14 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
     if (whole) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
   }
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
-  if (name.kind == kind && has_just(polyhedron.topology(), name, vertices)) {
+  if (name.kind == kind && has_just(polyhedron.topology(), name, vertices))
     return lay_feature(polyhedron, name, plane, outward, patch);
-  }
-  if (kind == FeatureKind::Face) {
+  if (kind == FeatureKind::Face)
     return lay_support_polygon(polyhedron, vertices, plane, outward, patch);
-  }
   patch.corners.clear();
   patch.label = name;
-  if (kind == FeatureKind::Vertex) {
+  if (kind == FeatureKind::Vertex)
     return lay_feature(polyhedron, {FeatureKind::Vertex, vertices[0]}, plane, outward, patch);
-  }
   const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
   const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
   patch.face =
@@ -165,9 +159,8 @@ void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, doubl
     top = std::max(top, outward * vertices[static_cast<std::size_t>(v)].height);
   }
   const auto below = [&](const ProjectedCorner& c) { return top - outward * c.height - depth; };
-  for (const ProjectedCorner& c : vertices) {
+  for (const ProjectedCorner& c : vertices)
     if (below(c) <= 0.0) tops.push_back(c);
-  }
   for (const std::array<int, 3>& t : polyhedron.topology().triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       const ProjectedCorner& c = vertices[static_cast<std::size_t>(t[k])];
@@ -225,9 +218,7 @@ const Vector3& farthest(std::span<const Vector3> places) {
 double reach_aside(std::span<const Vector3> places, const Vector3& from, const Vector3& to) {
   const Vector3 line = to - from;
   double most = 0.0;
-  for (const Vector3& place : places) {
-    most = std::max(most, line.cross(place - from).squaredNorm());
-  }
+  for (const Vector3& place : places) most = std::max(most, line.cross(place - from).squaredNorm());
   return std::sqrt(most / line.squaredNorm());
 }
 
@@ -244,9 +235,8 @@ FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double
   SmallVector<Vector3, 32> places;
   for (const int v : vertices) places.push_back(polyhedron.vertex(v));
   const Vector3& far = farthest(places);
-  if (&far != &places[0] && reach_aside(places, places[0], far) > 4.0 * tolerance) {
+  if (&far != &places[0] && reach_aside(places, places[0], far) > 4.0 * tolerance)
     return FeatureKind::Face;
-  }
   const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
   const Vector3 from = polyhedron.vertex(ends[0]), to = polyhedron.vertex(ends[1]);
   if ((to - from).norm() <= tolerance) return FeatureKind::Vertex;
@@ -285,9 +275,8 @@ Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, Fea
     const int edge = topology.find_edge(ends[0], ends[1]);
     if (edge >= 0) return {kind, edge};
   }
-  if (const int f = face_with_all(polyhedron, vertices, outward); f >= 0) {
+  if (const int f = face_with_all(polyhedron, vertices, outward); f >= 0)
     return {FeatureKind::Face, f};
-  }
   Feature best{FeatureKind::Vertex, vertices[0]};
   std::size_t most = 0;
   double facing = -2.0;

@@ -33,9 +33,8 @@ struct Brick {
       middle += half[k];
     }
     double squared = 0.0;
-    for (const unsigned place : {3u, 5u, 6u, 7u}) {
+    for (const unsigned place : {3u, 5u, 6u, 7u})
       squared = std::max(squared, (at(place) - corner(place)).squaredNorm());
-    }
     uneven = std::sqrt(squared);
     error = uneven + kBrickRounding * kEpsilon * solid.diameter();
     const double coordinate = std::max(solid.diameter(), solid.largest_coordinate());
@@ -122,9 +121,8 @@ Vector3 plane_normal(const Directions& edges, std::size_t lane, const Vector3& a
 Vector3 facing_direction(const Directions& edges, const Overlaps& overlaps, const Vector3& across) {
   constexpr std::size_t kFaces = 6;
   std::size_t lane = 0;
-  for (std::size_t k = 1; k < kFaces; ++k) {
+  for (std::size_t k = 1; k < kFaces; ++k)
     lane = overlaps.value[k] < overlaps.value[lane] ? k : lane;
-  }
   return plane_normal(edges, lane, across).normalized();
 }
 
@@ -204,9 +202,8 @@ SearchResult clear_overlap(const BrickPair& pair) {
   const unsigned best = ~beyond<Lanes>(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
-      (beyond<Lanes>(overlaps.sure, least + clear) | best) != Directions::kAll) {
+      (beyond<Lanes>(overlaps.sure, least + clear) | best) != Directions::kAll)
     return result;
-  }
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
   const std::size_t first = Directions::kFirst[lane], second = Directions::kSecond[lane];
   const Vector3 normal = plane_normal(edges, lane, across).normalized();

@@ -44,9 +44,8 @@ Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
   const FourVectors there{at(rows.x, ends, vertex), at(rows.y, ends, vertex),
                           at(rows.z, ends, vertex)};
   const Body* const body = rows.solid->turned();
-  if (body == nullptr) {
+  if (body == nullptr)
     return {{four(rows.x[vertex]), four(rows.y[vertex]), four(rows.z[vertex])}, there};
-  }
   const double* a = body->placement().linear.data();
   const FourVectors turned{there.x * a[0] + there.y * a[3] + there.z * a[6],
                            there.x * a[1] + there.y * a[4] + there.z * a[7],

@@ -77,9 +77,8 @@ void set_loose_witnesses(const Solid& p, const Solid& q, const CandidatePlane& c
                          const VertexSet& set_p, const VertexSet& set_q, double length,
                          NearestFeatures& answer) {
   const ProjectedPair patches(p, q, contact, set_p, set_q, length);
-  if (overlap_margin(patches.p, patches.q) >= -length) {
+  if (overlap_margin(patches.p, patches.q) >= -length)
     return set_witnesses(p, q, contact, set_p, set_q, length, answer);
-  }
   ProjectedFeature top_p, top_q;
   lay_top(p, patches.p.face, patches.plane, 1.0, 2 * length, top_p);
   lay_top(q, patches.q.face, patches.plane, -1.0, 2 * length, top_q);

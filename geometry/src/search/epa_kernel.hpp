@@ -31,9 +31,8 @@ class Polytope {
     for (const Solid* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
       const Eigen::Index count =
           std::min<Eigen::Index>(solid->shape().vertices().size(), kMostFetched);
-      for (Eigen::Index k = 0; k < count; k += 8) {
+      for (Eigen::Index k = 0; k < count; k += 8)
         __builtin_prefetch(solid->shape().vertices().data() + k);
-      }
     }
     if (!begin(start)) return result;
     if (spread() && expand(result)) return result;
@@ -111,12 +110,10 @@ class Polytope {
   /// Four corners around the origin, from the search and, where it ended with fewer, from supports
   /// across them. Outside is where 0, 1, 2 turn left.
   bool begin(const SearchResult& start) {
-    for (Index k = 0; k < static_cast<Index>(start.corners); ++k) {
+    for (Index k = 0; k < static_cast<Index>(start.corners); ++k)
       add_corner(corner_of(start.p[k], start.q[k]));
-    }
-    while (corner_count_ < 4) {
+    while (corner_count_ < 4)
       if (!add_across()) return false;
-    }
     const Vector3 a = place(1) - place(0), b = place(2) - place(0), c = place(3) - place(0);
     if (a.cross(b).dot(c) > 0.0) swap_corners(0, 1);
     return true;
@@ -209,9 +206,8 @@ class Polytope {
     }
     if (!beyond || !all_differ(4)) return false;
     unsigned valleys = 0;
-    for (Index e = 0; e < 8; e += 4) {
+    for (Index e = 0; e < 8; e += 4)
       valleys |= rising(kFrom + e, kTo + e, kLeft + e, kRight + e) << e;
-    }
     for (Index e = 0; e < 6; ++e) {
       const bool valley = (valleys >> e & 1) != 0;
       put(e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
@@ -223,11 +219,9 @@ class Polytope {
   /// Of all corners from the given one on.
   bool all_differ(Index first) const {
     bool differ = true;
-    for (Index c = first; c < corner_count_; ++c) {
-      for (Index d = first; d < c; ++d) {
+    for (Index c = first; c < corner_count_; ++c)
+      for (Index d = first; d < c; ++d)
         differ &= (vertex_p_[c] != vertex_p_[d]) | (vertex_q_[c] != vertex_q_[d]);
-      }
-    }
     return differ;
   }
 
@@ -402,9 +396,8 @@ class Polytope {
     const double distance = planes(nearest).distance[nearest % 4];
     const double limit = distance + std::max(kAsNear * rounding_, kRounded * distance);
     int near = 0;
-    for (Index f = 0; f < facet_count_; f += 4) {
+    for (Index f = 0; f < facet_count_; f += 4)
       near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
-    }
     double sure = planes(nearest).sure[nearest % 4];
     if (near > 1 && (!direction_is_known(nearest) || !only_direction(nearest, sure))) return;
     result.outcome = SearchOutcome::Overlapping;

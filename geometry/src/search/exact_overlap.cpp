@@ -170,9 +170,8 @@ class Polytope {
     const Vec3 a = place(facet, 0);
     const WideVector normal = cross(difference(place(facet, 1), a), difference(place(facet, 2), a));
     Candidates near_p, near_q;
-    if (!near_p.find(p_, -facet.normal, rounding_) || !near_q.find(q_, facet.normal, rounding_)) {
+    if (!near_p.find(p_, -facet.normal, rounding_) || !near_q.find(q_, facet.normal, rounding_))
       return corners_[facet.corners[0]];
-    }
     Corner best = corners_[facet.corners[0]];
     DoubleDouble most = 0.0;
     for (const int i : near_p) {
@@ -214,12 +213,11 @@ class Polytope {
     planes_.clear(kOneDirection);
     broad_.clear(kOneDirection);
     for (Index f = 0; f < facet_count_; ++f) facets_[f].found = false;
-    for (Index f = 0; f < facet_count_; ++f) {
+    for (Index f = 0; f < facet_count_; ++f)
       if (!(key_[f] < kInfinity))
         lay_exactly(f);
       else
         set_key(f, least_distance(f));
-    }
     for (Index k = 0; k < free_count_; ++k) set_key(free_[k], kInfinity);
     while (step()) {
     }
@@ -232,13 +230,11 @@ class Polytope {
       const Corner corner = corner_of(start.p[k], start.q[k]);
       if (reach(corner.w) > kSpan * rounding_) corners_[corner_count_++] = corner;
     }
-    while (corner_count_ < 4) {
+    while (corner_count_ < 4)
       if (!add_across()) return false;
-    }
     const Vec3 a = corners_[0].w;
-    if (volume(a, corners_[1].w, corners_[2].w, corners_[3].w) > 0.0) {
+    if (volume(a, corners_[1].w, corners_[2].w, corners_[3].w) > 0.0)
       std::swap(corners_[0], corners_[1]);
-    }
     static constexpr Number kSides[4][3] = {{0, 1, 2}, {1, 0, 3}, {2, 1, 3}, {0, 2, 3}};
     static constexpr Number kAcross[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
     for (Index f = 0; f < 4; ++f) {
@@ -442,9 +438,8 @@ class Polytope {
         return up ? x < 0.0 && y < 0.0 && z < 0.0 : x > 0.0 && y > 0.0 && z > 0.0;
       };
       if (beside((octant_ & 1) != 0, a.x, b.x, c.x) || beside((octant_ & 2) != 0, a.y, b.y, c.y) ||
-          beside((octant_ & 4) != 0, a.z, b.z, c.z)) {
+          beside((octant_ & 4) != 0, a.z, b.z, c.z))
         return false;
-      }
     }
     const SupportPlane* const known = broad_.find(facet.normal);
     const double least = least_distance(f);
@@ -546,9 +541,8 @@ class Polytope {
       facet.normal = Vec3(1.0, 0.0, 0.0);  // no line, until it is laid
       side_of_[side.from] = number(f);
       Facet& outside = facets_[side.outside];
-      for (Index i = 0; i < 3; ++i) {
+      for (Index i = 0; i < 3; ++i)
         if (outside.corners[i] == side.to) outside.across[i] = number(f);
-      }
     }
     for (Index k = 0; k < border_count_; ++k) {
       const Number f = side_of_[border_[k].from], next = side_of_[border_[k].to];

@@ -21,9 +21,8 @@ class Simplex {
   const Corner& corner(int k) const { return corners_[static_cast<std::size_t>(k)]; }
   void push(const Corner& corner) { corners_[static_cast<std::size_t>(size_++)] = corner; }
   bool has(int p, int q) const {
-    for (int k = 0; k < size_; ++k) {
+    for (int k = 0; k < size_; ++k)
       if (corner(k).p == p && corner(k).q == q) return true;
-    }
     return false;
   }
 
@@ -36,9 +35,8 @@ class Simplex {
     direction = best.direction;
     distance = square_root(best.squared_distance);
     int kept = 0;
-    for (int k = 0; k < size_; ++k) {
+    for (int k = 0; k < size_; ++k)
       if (best.mask >> k & 1u) corners_[static_cast<std::size_t>(kept++)] = corner(k);
-    }
     size_ = kept;
     return best.mask != 0;
   }
@@ -54,9 +52,8 @@ class Simplex {
   void consider(unsigned mask, Choice& best) const {
     std::array<const WideVector*, 4> w{};
     int n = 0;
-    for (int k = 0; k < size_; ++k) {
+    for (int k = 0; k < size_; ++k)
       if (mask >> k & 1u) w[static_cast<std::size_t>(n++)] = &corner(k).w;
-    }
     Choice choice;
     choice.mask = mask;
     if (n == 4 || !nearest(w, n, choice)) return;
@@ -102,9 +99,8 @@ class Simplex {
     if (!(normal.rounded().norm() > flat))
       return false;  // its sides carry the nearest point as well
     normal = scaled(normal);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       if (!(dot(normal, cross(*w[(k + 1) % 3], *w[(k + 2) % 3])).high > 0.0)) return false;
-    }
     const DoubleDouble along = dot(normal, *w[0]);
     direction = along.high < 0.0 ? -normal : normal;
     choice.squared_distance = along * along / dot(normal, normal);

@@ -31,9 +31,8 @@ struct Simplex {
   double squared_distance = 0.0;
 
   void push_front(const Corner& corner) {
-    for (int k = size; k > 0; --k) {
+    for (int k = size; k > 0; --k)
       corners[static_cast<std::size_t>(k)] = corners[static_cast<std::size_t>(k - 1)];
-    }
     corners[0] = corner;
     ++size;
   }
@@ -252,11 +251,10 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
     }
     before = reach.squared_distance;
     Carried carried = Carried::Found;
-    if (rows.edges == 1) {
+    if (rows.edges == 1)
       take_second_corner(corner, rows, d);
-    } else {
+    else
       carried = take_corner(corner, rows, d);
-    }
     if (carried == Carried::Unclear) {
       SimplexReduction other = rows;  // copies, so that the others stay in registers
       Direction towards = d;

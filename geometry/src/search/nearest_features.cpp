@@ -32,9 +32,8 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
   };
   if (length.uneven || !warm()) {
     if (!length.uneven && !quick.searched &&
-        searched_answer(pair.a(), pair.b(), length, question.hint, quick, answer)) {
+        searched_answer(pair.a(), pair.b(), length, question.hint, quick, answer))
       return true;
-    }
     if (length.uneven || !fast_answer(pair, quick, optimum)) {
       optimum.faces.reset();
       exact_answer(pair, question.options.max_iterations, quick.found, optimum);
@@ -90,9 +89,8 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
     return hint.vertices_a[0] < 0 ? corner_answer(a, b, length, answer.iterations, answer)
                                   : hinted_answer(a, b, length, hint, trial, answer);
   };
-  if (length.uneven || !at_once()) {
+  if (length.uneven || !at_once())
     find_by_search({a, b, options, hint, length, faces}, trial, answer);
-  }
 }
 
 }  // namespace

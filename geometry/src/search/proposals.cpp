@@ -44,9 +44,8 @@ bool hinted_plane(const Solid& p, const Solid& q, const FeatureHint& hint, const
                   Optimum& optimum) {
   ContactSets& sets = optimum.plane.sets;
   if (!add_hinted(hint.vertices_a, hint.face_a, p, sets.p, sets.face_p) ||
-      !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q)) {
+      !add_hinted(hint.vertices_b, hint.face_b, q, sets.q, sets.face_q))
     return false;
-  }
   return straight_answer(p, q, length, hint.normal, optimum);
 }
 
@@ -103,9 +102,8 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
   if (!(normal_p.dot(normal_q) <= kTouchingOpposite)) return false;
   const double flat = kClearBelow * length.rounding;
   const bool by_p = p.diameter() >= q.diameter();
-  if (!(by_p ? is_level(q, face_q, -normal_p, flat) : is_level(p, face_p, -normal_q, flat))) {
+  if (!(by_p ? is_level(q, face_q, -normal_p, flat) : is_level(p, face_p, -normal_q, flat)))
     return false;
-  }
   ContactSets& sets = optimum.plane.sets;
   take_feature(p, {FeatureKind::Face, face_p}, sets.p, sets.face_p);
   take_feature(q, {FeatureKind::Face, face_q}, sets.q, sets.face_q);

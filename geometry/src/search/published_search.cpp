@@ -75,9 +75,8 @@ class OneSided {
   FoundPair search(int other_vertex, PublishedAnswer& answer) const {
     VertexSet vertices;
     for (const int f : own_.topology().vertex_faces(own_vertex_)) {
-      for (const int v : own_.topology().face(f)) {
+      for (const int v : own_.topology().face(f))
         if (!vertices.contains(v)) vertices.push_back(v);
-      }
     }
     FoundPair best;
     for (const int f : other_.topology().vertex_faces(other_vertex)) {

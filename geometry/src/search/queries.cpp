@@ -138,9 +138,8 @@ bool clearly_contains(const Body& body, const Body& other) {
 }  // namespace
 
 void require_ray(const Ray& ray) {
-  if (!ray.origin.allFinite() || !ray.direction.allFinite()) {
+  if (!ray.origin.allFinite() || !ray.direction.allFinite())
     throw InputError("ray: origin or direction is not finite");
-  }
   if (!(ray.direction.cwiseAbs().maxCoeff() > 0.0)) throw InputError("ray: its direction is zero");
   if (!(ray.length >= 0.0)) {
     std::ostringstream line;

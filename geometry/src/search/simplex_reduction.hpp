@@ -122,9 +122,8 @@ inline Carried take_corner(const NewCorner& a, SimplexReduction& rows, Direction
   const unsigned edges = rows.edges & before & ~beside_e & ~(beside_f << 1 | beside_f >> 2);
   const auto vertex = static_cast<unsigned>((rows.edges & before) == 0);
   const unsigned carriers = triangles | edges << 4 | vertex << 8;
-  if (carriers == 0) {
+  if (carriers == 0)
     return rows.triangles == 7 && (outer & 7u) == 0 ? Carried::Inside : Carried::Unclear;
-  }
   const auto choice = static_cast<std::size_t>(std::countr_zero(carriers));
   const FourVectors across = along_sign(height, normal);
   const Four square = dot(e, e);

@@ -25,9 +25,8 @@ void check(const Body& body, const Motion& motion, int name) {
 double farthest_from_axis(const Body& body, const Motion& motion) {
   const Vector3 axis = motion.rotation.stableNormalized();
   double squared = 0.0;
-  for (int v = 0; v < body.shape().vertex_count(); ++v) {
+  for (int v = 0; v < body.shape().vertex_count(); ++v)
     squared = std::max(squared, axis.cross(body.vertex(v) - motion.centre).squaredNorm());
-  }
   return std::sqrt(squared);
 }
 

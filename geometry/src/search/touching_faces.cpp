@@ -41,9 +41,8 @@ void measure(FacingFaces& faces) {
     }
     if ((c.place - base).squaredNorm() > (far - base).squaredNorm()) far = c.place;
   }
-  for (const SharedCorner& c : corners) {
+  for (const SharedCorner& c : corners)
     faces.span = std::max(faces.span, std::abs(cross2(far - base, c.place - base)));
-  }
   faces.high = std::max(most_q - least_p, most_p - least_q);
 }
 

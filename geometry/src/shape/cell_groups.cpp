@@ -23,9 +23,8 @@ void CellSurface::find_sides(int vertex_count) {
     }
   }
   sides_from_ = rows_by(vertex_count, [&](const auto& put) {
-    for (int side = 0; side < static_cast<int>(to_.size()); ++side) {
+    for (int side = 0; side < static_cast<int>(to_.size()); ++side)
       put(cells_.values[at(side)], side);
-    }
   });
 }
 

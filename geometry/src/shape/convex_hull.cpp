@@ -118,13 +118,11 @@ class Quickhull {
     result.dimension = find_simplex(corners);
     if (result.dimension < 3) return result;
     start(corners);
-    for (std::size_t f = 0; f < facets_.size(); ++f) {
+    for (std::size_t f = 0; f < facets_.size(); ++f)
       while (facets_[f].alive && facets_[f].first_above >= 0) add_point(static_cast<int>(f));
-    }
     result.triangles.reserve(facets_.size());
-    for (const Facet& facet : facets_) {
+    for (const Facet& facet : facets_)
       if (facet.alive) result.triangles.push_back(facet.vertices);
-    }
     return result;
   }
 
@@ -182,9 +180,8 @@ class Quickhull {
     facets_[1].neighbours = {0, 3, 2};
     facets_[2].neighbours = {0, 1, 3};
     facets_[3].neighbours = {0, 2, 1};
-    for (int i = 0; i < count(); ++i) {
+    for (int i = 0; i < count(); ++i)
       if (std::ranges::find(c, i) == c.end()) hand_out(i, 0);
-    }
   }
 
   int& next_above(int i) { return next_above_[static_cast<std::size_t>(i)]; }
@@ -241,11 +238,9 @@ class Quickhull {
 
   void join(const HorizonEdge& edge, int self) {
     Facet& outer = facet(edge.outer);
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (outer.vertices[k] == edge.to && outer.vertices[(k + 1) % 3] == edge.from) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (outer.vertices[k] == edge.to && outer.vertices[(k + 1) % 3] == edge.from)
         outer.neighbours[k] = self;
-      }
-    }
   }
 
   bool visible_from(int apex, int f) {
@@ -312,9 +307,8 @@ int orientation(const Vector3& p, const Vector3& q, const Vector3& r, const Vect
 bool collinear(const Vector3& p, const Vector3& q, const Vector3& r) {
   const Vector3 u = q - p, v = r - p;
   if (surely_differ(u.x(), v.y(), u.y(), v.x()) || surely_differ(u.y(), v.z(), u.z(), v.y()) ||
-      surely_differ(u.z(), v.x(), u.x(), v.z())) {
+      surely_differ(u.z(), v.x(), u.x(), v.z()))
     return false;
-  }
   const WideVector a = wide_difference(q, p), b = wide_difference(r, p);
   return flat_corner(a.x, a.y, b.x, b.y) && flat_corner(a.y, a.z, b.y, b.z) &&
          flat_corner(a.z, a.x, b.z, b.x);

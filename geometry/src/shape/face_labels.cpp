@@ -63,9 +63,8 @@ std::vector<Vector2> planar_hull(std::vector<Vector2> places) {
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t start = hull.size();
     for (const Vector2& place : places) {
-      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), place) <= 0.0) {
+      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), place) <= 0.0)
         hull.pop_back();
-      }
       hull.push_back(place);
     }
     hull.pop_back();
@@ -121,9 +120,8 @@ class CellAreas {
   CellAreas(const Eigen::Ref<const Points>& vertices, const CellSurface& surface)
       : vertices_(vertices), surface_(surface), wide_(at(surface.cell_count())) {
     rough_.reserve(wide_.size());
-    for (int c = 0; c < surface.cell_count(); ++c) {
+    for (int c = 0; c < surface.cell_count(); ++c)
       rough_.push_back(rough_area(vertices, surface.cell(c)));
-    }
   }
 
   const RoughArea& rough(int cell) const { return rough_[at(cell)]; }
@@ -181,9 +179,8 @@ std::vector<int> by_area(const Eigen::Ref<const Points>& vertices, const CellSur
 void find_polygon(Loop loop, const std::vector<char>& corner, std::vector<int>& polygon) {
   polygon.clear();
   polygon.reserve(loop.size());
-  for (const BorderSide& side : loop) {
+  for (const BorderSide& side : loop)
     if (corner[at(side.from)]) polygon.push_back(side.from);
-  }
 }
 
 /// Is every side of a face a side of just one other, run through the other way?
@@ -202,9 +199,8 @@ bool is_closed(int vertex_count, const Faces& faces) {
     const std::span<int> row = sides[v];
     std::ranges::sort(row);
     if (row.size() % 2 != 0 || std::ranges::adjacent_find(row) != row.end()) return false;
-    for (std::size_t k = 0; k < row.size(); k += 2) {
+    for (std::size_t k = 0; k < row.size(); k += 2)
       if (row[k] / 2 != row[k + 1] / 2) return false;
-    }
   }
   return true;
 }
@@ -258,9 +254,8 @@ class Labelling {
     std::fill(member_.begin(), member_.end(), -1);
     for (const int seed : order_) {
       if (groups_.group(seed) >= 0) continue;
-      if (length_ == 0.0 || !is_wider(vertices_, cell(seed), length_) || !grow(seed)) {
+      if (length_ == 0.0 || !is_wider(vertices_, cell(seed), length_) || !grow(seed))
         members_.assign(1, seed);
-      }
       for (const int cell : members_) groups_.put(cell, rank_[at(seed)]);
     }
   }
@@ -429,9 +424,8 @@ class Labelling {
   /// The group beyond most of a border.
   int main_neighbour(Loop loop) const {
     std::vector<std::pair<int, double>> shared;
-    for (const BorderSide& side : loop) {
+    for (const BorderSide& side : loop)
       shared.emplace_back(side.beyond, (vertices_.col(side.to) - vertices_.col(side.from)).norm());
-    }
     std::sort(shared.begin(), shared.end());
     int best = shared[0].first;
     double longest = -1.0, sum = 0.0;
@@ -478,9 +472,8 @@ class Labelling {
   /// corner the farthest out is it, whichever of them the groups met in; false: a face is lost.
   bool join_corners(Faces& faces) {
     std::vector<int> name(corner_.size(), -1);  // of the cluster
-    for (std::size_t v = 0; v < name.size(); ++v) {
+    for (std::size_t v = 0; v < name.size(); ++v)
       name[v] = corner_[v] ? static_cast<int>(v) : nearest_corner(static_cast<int>(v), faces);
-    }
     const auto join = [&](int v, int w) { std::replace(name.begin(), name.end(), v, w); };
     for (const std::vector<int>& face : faces) {
       for (std::size_t k = 0; k < face.size(); ++k) {
@@ -538,9 +531,8 @@ class Labelling {
     for (int v = 0; v < vertices_.cols(); ++v) {
       if (corner_[at(v)]) continue;
       const bool below = groups_.surface().sides_from(v).empty();
-      if (below && normals.empty()) {
+      if (below && normals.empty())
         for (const auto& face : labels.faces) normals.push_back(unit_normal(vertices_, face));
-      }
       labels.hosted.push_back(below ? host_above(v, labels.faces, normals)
                                     : host_of(v, labels.faces));
     }
@@ -633,9 +625,8 @@ void join_coplanar(const Eigen::Ref<const Points>& vertices, CellGroups& groups)
       stack.pop_back();
       for (const int next : groups.surface().neighbours(cell)) {
         if (groups.group(next) >= 0 ||
-            !in_plane(vertex_beside(groups.surface().cell(next), groups.surface().cell(cell)))) {
+            !in_plane(vertex_beside(groups.surface().cell(next), groups.surface().cell(cell))))
           continue;
-        }
         groups.put(next, seed);
         stack.push_back(next);
       }
@@ -658,9 +649,8 @@ Faces exact_facets(const Eigen::Ref<const Points>& vertices,
   std::vector<char> corner(visits.size());
   for (std::size_t v = 0; v < visits.size(); ++v) corner[v] = visits[v] >= 3;
   facets.reserve(triangles.size());
-  for (int g = 0; g < groups.size(); ++g) {
+  for (int g = 0; g < groups.size(); ++g)
     if (!groups.loop(g).empty()) find_polygon(groups.loop(g), corner, facets.emplace_back());
-  }
   std::sort(facets.begin(), facets.end());
   return facets;
 }
@@ -671,12 +661,10 @@ FaceLabels label_faces(const Eigen::Ref<const Points>& vertices, const Faces& ce
   Labelling labelling(vertices, cells, length);
   FaceLabels labels;
   double shorter = length;
-  for (int trial = 0; trial < kTrials; ++trial, shorter /= 16) {
+  for (int trial = 0; trial < kTrials; ++trial, shorter /= 16)
     if (labelling.run(shorter, labels)) return labels;
-  }
-  if (!labelling.run(0.0, labels)) {
+  if (!labelling.run(0.0, labels))
     throw InputError("the faces make no closed surface of polygons with three corners each");
-  }
   return labels;
 }
 

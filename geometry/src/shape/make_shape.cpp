@@ -29,9 +29,8 @@ std::vector<int> by_coordinates(const Eigen::Ref<const Points>& points) {
   std::vector<int> order(at(static_cast<int>(points.cols())));
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int i, int j) {
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k)
       if (points(k, i) != points(k, j)) return points(k, i) < points(k, j);
-    }
     return i < j;
   });
   return order;
@@ -51,9 +50,8 @@ void check_equal_points(const Eigen::Ref<const Points>& points) {
 std::vector<int> distinct(const Eigen::Ref<const Points>& points) {
   const std::vector<int> order = by_coordinates(points);
   std::vector<int> kept;
-  for (std::size_t k = 0; k < order.size(); ++k) {
+  for (std::size_t k = 0; k < order.size(); ++k)
     if (k == 0 || points.col(order[k - 1]) != points.col(order[k])) kept.push_back(order[k]);
-  }
   std::sort(kept.begin(), kept.end());
   return kept;
 }
@@ -66,9 +64,8 @@ void check_points(const Eigen::Ref<const Points>& points, int limit) {
     throw InputError(count + ", at most " + std::to_string(limit) + " allowed");
   for (int i = 0; i < points.cols(); ++i) {
     const double largest = points.col(i).cwiseAbs().maxCoeff();
-    if (!points.col(i).allFinite()) {
+    if (!points.col(i).allFinite())
       throw InputError("point " + std::to_string(i) + " has a coordinate that is not finite");
-    }
     if (largest > kLargestCoordinate) {
       throw InputError("point " + std::to_string(i) + " has a coordinate of " + text(largest) +
                        " m, limit " + text(kLargestCoordinate) + " m");
@@ -85,26 +82,23 @@ void check_points(const Eigen::Ref<const Points>& points, int limit) {
 template <typename Polygons>
 std::vector<int> compress(int count, Polygons& polygons) {
   std::vector<int> name(at(count), -1), used;
-  for (const auto& polygon : polygons) {
+  for (const auto& polygon : polygons)
     for (const int v : polygon) name[at(v)] = 0;
-  }
   for (int v = 0; v < count; ++v) {
     if (name[at(v)] < 0) continue;
     name[at(v)] = static_cast<int>(used.size());
     used.push_back(v);
   }
-  for (auto& polygon : polygons) {
+  for (auto& polygon : polygons)
     for (int& v : polygon) v = name[at(v)];
-  }
   return used;
 }
 
 double volume(const Eigen::Ref<const Points>& vertices, const Faces& faces) {
   const Vector3 origin = vertices.col(0);
   double six_volumes = 0.0;
-  for (const std::vector<int>& face : faces) {
+  for (const std::vector<int>& face : faces)
     six_volumes += polygon_normal(vertices, face).dot(vertices.col(face[0]) - origin);
-  }
   return six_volumes / 6.0;
 }
 
@@ -113,9 +107,8 @@ bool surely_deeper(const Eigen::Ref<const Points>& vertices, const std::vector<i
                    double depth) {
   const RoughArea area = rough_area(vertices, facet);
   const Vector3 base = vertices.col(facet[0]);
-  for (int v = 0; v < vertices.cols(); ++v) {
+  for (int v = 0; v < vertices.cols(); ++v)
     if (area.surely_exceeds(base - vertices.col(v), depth)) return true;
-  }
   return false;
 }
 
@@ -277,9 +270,8 @@ ExactHull exact_hull(const Eigen::Ref<const Points>& scaled) {
 int face_below(const Eigen::Ref<const Points>& vertices, const std::vector<int>& facet,
                const IndexRows& faces_around, const std::vector<Vector3>& normals,
                std::vector<int>& shared) {
-  for (const int v : facet) {
+  for (const int v : facet)
     for (const int f : faces_around[v]) ++shared[at(f)];
-  }
   const Vector3 normal = polygon_normal(vertices, facet).normalized();
   std::pair<int, double> most{};
   int best = 0;
@@ -298,16 +290,14 @@ int face_below(const Eigen::Ref<const Points>& vertices, const std::vector<int>&
 Faces in_order_of(const Faces& given, const Eigen::Ref<const Points>& vertices,
                   const Faces& facets) {
   const IndexRows around = rows_by(static_cast<int>(vertices.cols()), [&](const auto& put) {
-    for (std::size_t f = 0; f < given.size(); ++f) {
+    for (std::size_t f = 0; f < given.size(); ++f)
       for (const int v : given[f]) put(v, static_cast<int>(f));
-    }
   });
   std::vector<Vector3> normals;
   for (const auto& face : given) normals.push_back(polygon_normal(vertices, face).normalized());
   std::vector<int> shared(given.size(), 0), order(facets.size()), stands_for;
-  for (const auto& facet : facets) {
+  for (const auto& facet : facets)
     stands_for.push_back(face_below(vertices, facet, around, normals, shared));
-  }
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int k) { return stands_for[at(k)]; });
   Faces ordered;
@@ -333,9 +323,8 @@ Shape labelled(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const 
 
 Shape make_box(const Vector3& min, const Vector3& max) {
   Points vertices(3, 8);
-  for (int v = 0; v < 8; ++v) {
+  for (int v = 0; v < 8; ++v)
     vertices.col(v) << (v & 1 ? max : min).x(), (v & 2 ? max : min).y(), (v & 4 ? max : min).z();
-  }
   for (int k = 0; k < 3; ++k) {
     if (!(min[k] < max[k])) {
       throw InputError("box: extent along axis " + std::to_string(k) + " is " +
@@ -460,14 +449,12 @@ Shape make_shape(const Eigen::Ref<const Points>& vertices, const Faces& faces,
   ExactHull hull = exact_hull(scaled);
   check_thickness(scaled(Eigen::all, hull.corners), hull.facets, label_length(scaled), exponent);
   Faces outward = faces;
-  if (volume(scaled, faces) < 0.0) {
+  if (volume(scaled, faces) < 0.0)
     for (std::vector<int>& face : outward) std::reverse(face.begin(), face.end());
-  }
   if (check_convex(vertices, outward, options, refuse)) return labelled(vertices, scaled, outward);
   if (options.coordinate_rounding > 0.0) check_depths(scaled, hull, options, exponent);
-  for (std::vector<int>& facet : hull.facets) {
+  for (std::vector<int>& facet : hull.facets)
     for (int& v : facet) v = hull.corners[at(v)];
-  }
   return labelled(vertices, scaled, in_order_of(outward, scaled, hull.facets));
 }
 

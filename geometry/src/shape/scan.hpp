@@ -48,16 +48,13 @@ inline Support narrow_support(const Rows& rows, const Vec3& d) {
 }
 
 inline void narrow_beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
-  for (int v = 0; v < rows.count; ++v) {
+  for (int v = 0; v < rows.count; ++v)
     if (rows.along(v, d) >= value) vertices.push_back(v);
-  }
 }
 
 inline int narrow_count(const Rows& rows, const Vec3& d, double value) {
   int count = 0;
-  for (int v = 0; v < rows.count; ++v) {
-    count += rows.along(v, d) >= value ? 1 : 0;
-  }
+  for (int v = 0; v < rows.count; ++v) count += rows.along(v, d) >= value ? 1 : 0;
   return count;
 }
 

@@ -62,9 +62,8 @@ void check_polygons(int vertex_count, const Polygons& polygons, const std::strin
         throw InputError(name(f) + " names vertex " + std::to_string(v) + ", but there are " +
                          std::to_string(vertex_count) + " vertices");
       }
-      if (std::count(polygons[f].begin(), polygons[f].end(), v) > 1) {
+      if (std::count(polygons[f].begin(), polygons[f].end(), v) > 1)
         throw InputError(name(f) + " names vertex " + std::to_string(v) + " twice");
-      }
     }
   }
 }
@@ -226,11 +225,9 @@ Topology::Topology(int vertex_count, const std::vector<std::vector<int>>& faces,
     face_start_.push_back(static_cast<int>(face_vertices_.size()));
   }
   triangles_.reserve(2 * index(vertex_count));
-  for (const std::vector<int>& cell : surface.empty() ? faces : surface) {
-    for (std::size_t k = 2; k < cell.size(); ++k) {
+  for (const std::vector<int>& cell : surface.empty() ? faces : surface)
+    for (std::size_t k = 2; k < cell.size(); ++k)
       triangles_.push_back({cell[0], cell[k - 1], cell[k]});
-    }
-  }
   add_edges(faces);
   add_hosts(hosted);
   add_neighbours();
@@ -259,9 +256,8 @@ void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
   std::vector<char> placed(index(vertex_count_), 0);
   for (const int v : face_vertices_) placed[index(v)] = 1;
   const std::vector<char> corner = placed;
-  if (!hosted.empty()) {
+  if (!hosted.empty())
     for (int v = 0; v < vertex_count_; ++v) hosts_.push_back({FeatureKind::Vertex, v});
-  }
   for (const HostedVertex& at : hosted) {
     const auto [a, b] = std::minmax(at.corners[0], at.corners[1]);
     const auto edge = std::lower_bound(edges_.begin(), edges_.end(), std::array{a, b});
@@ -281,20 +277,17 @@ void Topology::add_hosts(const std::vector<HostedVertex>& hosted) {
     hosts_[index(at.vertex)] = host;
   }
   const auto unused = std::find(placed.begin(), placed.end(), 0);
-  if (unused != placed.end()) {
+  if (unused != placed.end())
     throw InputError("vertex " + std::to_string(unused - placed.begin()) + " belongs to no face");
-  }
 }
 
 void Topology::add_neighbours() {
   AroundHosted hosted;
-  for (int v = 0; v < vertex_count_ && !hosts_.empty(); ++v) {
+  for (int v = 0; v < vertex_count_ && !hosts_.empty(); ++v)
     if (!is_corner(v)) add_host_neighbours(*this, v, hosted);
-  }
   const auto visit_edges = [&](const auto& put) {  // vertex, edge, and which of its ends it is
-    for (const std::size_t end : {1u, 0u}) {       // first all smaller neighbours come
+    for (const std::size_t end : {1u, 0u})         // first all smaller neighbours come
       for (int e = 0; e < edge_count(); ++e) put(edge(e)[end], e, end);
-    }
   };
   const auto visit_neighbours = [&](const auto& put) {
     visit_edges([&](int v, int e, std::size_t end) { put(v, edge(e)[1 - end]); });
@@ -314,16 +307,14 @@ void Topology::add_neighbours() {
   fill_rows(vertex_count_, visit_vertex_edges, neighbour_edge_start_, neighbour_edges_);
   fill_rows(vertex_count_, visit_faces, vertex_face_start_, vertex_faces_);
   three_faces_at_vertices_ = hosts_.empty();
-  for (int v = 0; v < vertex_count_; ++v) {
+  for (int v = 0; v < vertex_count_; ++v)
     three_faces_at_vertices_ = three_faces_at_vertices_ && vertex_faces(v).size() == 3;
-  }
 }
 
 void Topology::add_face_sets(const std::vector<std::vector<int>>& surface) {
   std::vector<char> below(index(vertex_count_), surface.empty() ? 0 : 1);
-  for (const std::vector<int>& polygon : surface) {
+  for (const std::vector<int>& polygon : surface)
     for (const int v : polygon) below[index(v)] = 0;
-  }
   const auto visit = [&](const auto& put) {
     for (int v = 0; v < vertex_count_; ++v) {
       if (below[index(v)]) continue;
@@ -381,11 +372,9 @@ int Topology::search_edge(int v, int w) const {
   if (at_w.kind == FeatureKind::Face || (along && at_w.kind == FeatureKind::Edge)) return -1;
   const int from = along ? v : at_v.index;
   const std::span<const int> row = neighbours(from), edges = vertex_edges(from);
-  for (std::size_t k = 0; k < row.size(); ++k) {  // a handful: quicker than to halve
-    if (at_w.kind == FeatureKind::Edge ? edges[k] == at_w.index : row[k] == at_w.index) {
+  for (std::size_t k = 0; k < row.size(); ++k)  // a handful: quicker than to halve
+    if (at_w.kind == FeatureKind::Edge ? edges[k] == at_w.index : row[k] == at_w.index)
       return edges[k];
-    }
-  }
   return -1;
 }
 

@@ -112,9 +112,8 @@ inline WideVector wide_apart(const Body& a, const Body& b) {
 /// q_j - p_i of two bodies, or of two shapes in their own frame, in double-double: right to about
 /// 1e-31 of the lengths that go in.
 inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
-  if (p.body() == nullptr || q.body() == nullptr) {
+  if (p.body() == nullptr || q.body() == nullptr)
     return wide_difference(q.shape().vertex(j), p.shape().vertex(i));
-  }
   return wide_apart(*p.body(), *q.body()) + (q.wide_offset(j) - p.wide_offset(i));
 }
 

@@ -41,11 +41,10 @@ class Cut {
     Half above, below;
     above.outward = -1.0;
     const Topology& topology = shape_.topology();
-    if (topology.all_are_corners()) {
+    if (topology.all_are_corners())
       for (int f = 0; f < topology.face_count(); ++f) add(topology.face(f), f, above, below);
-    } else {  // hosted vertices lie on the surface, not on the labels
+    else  // hosted vertices lie on the surface, not on the labels
       for (const auto& cell : topology.triangles()) add(cell, common_face(cell), above, below);
-    }
     return close(below, parts.below) && close(above, parts.above);
   }
 
@@ -58,9 +57,8 @@ class Cut {
     if (topology.all_are_corners()) {
       for (int e = 0; e < topology.edge_count(); ++e) note(topology.edge(e));
     } else {
-      for (const auto& cell : topology.triangles()) {
+      for (const auto& cell : topology.triangles())
         for (std::size_t k = 0; k < 3; ++k) note({cell[k], cell[(k + 1) % 3]});
-      }
     }
     std::sort(cut_edges_.begin(), cut_edges_.end());
     cut_edges_.erase(std::unique(cut_edges_.begin(), cut_edges_.end()), cut_edges_.end());
@@ -165,16 +163,14 @@ class Cut {
     const Topology& topology = part.topology();
     const int polygons = static_cast<int>(half.polygons.size());
     const IndexRows around = rows_by(topology.vertex_count(), [&](const auto& put) {
-      for (int p = 0; p < polygons; ++p) {
+      for (int p = 0; p < polygons; ++p)
         for (const int v : half.polygons[at(p)]) put(v, p);
-      }
     });
     std::vector<int> shared(at(polygons), 0), old;
     for (int f = 0; f < topology.face_count(); ++f) {
       const auto visit = [&](const auto& work) {
-        for (const int v : topology.face_set(f)) {
+        for (const int v : topology.face_set(f))
           for (const int p : around[v]) work(p);
-        }
       };
       visit([&](int p) { ++shared[at(p)]; });
       std::pair<int, double> most{};
@@ -212,9 +208,8 @@ SplitPart whole(const Shape& shape) {
 }  // namespace
 
 Split split(const Shape& shape, const Plane& plane) {
-  if (!plane.point.allFinite() || !plane.normal.allFinite() || plane.normal.isZero(0.0)) {
+  if (!plane.point.allFinite() || !plane.normal.allFinite() || plane.normal.isZero(0.0))
     throw InputError("split: the plane is not finite, or its normal is zero");
-  }
   const double size = shape.largest_coordinate() + plane.point.cwiseAbs().maxCoeff();
   const double rounding = kRoundings * kEpsilon * size;
   Split parts;

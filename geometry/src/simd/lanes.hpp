@@ -28,9 +28,7 @@ struct PlainLanes {
   }
   /// Four of the rows of a table, turned: all their first numbers, all second ones, …
   static void turn(const double (*rows)[4], const std::uint16_t* row, PlainLanes (&turned)[4]) {
-    for (int k = 0; k < 4; ++k) {
-      turned[k] = each([=](int i) { return rows[row[i]][k]; });
-    }
+    for (int k = 0; k < 4; ++k) turned[k] = each([=](int i) { return rows[row[i]][k]; });
   }
   static PlainLanes of(double a, double b, double c, double d) { return {{a, b, c, d}}; }
   /// Four numbers on a 32-byte border.

@@ -31,9 +31,8 @@ double motion_of(const Vector12& increment, double length) {
 
 double largest_motion(const Slots& slots, const BlockVector& increment) {
   double largest = 0.0;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
+  for (std::size_t s = 0; s < increment.size(); ++s)
     largest = std::max(largest, motion_of(increment[s], slots.length[s]));
-  }
   return largest;
 }
 

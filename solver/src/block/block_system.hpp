@@ -107,9 +107,8 @@ void set_pairs(std::span<Contact> contacts, Slot first, Slot second,
     return std::minmax(c.*first, c.*second);
   };
   pairs.clear();
-  for (const Contact& c : contacts) {
+  for (const Contact& c : contacts)
     if (coupled(c)) pairs.push_back(pair(c));
-  }
   std::ranges::sort(pairs);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   for (Contact& c : contacts) {

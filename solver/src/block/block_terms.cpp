@@ -80,9 +80,8 @@ Eigen::Matrix<double, 6, 6> Elasticity::matrix() const {
 
 Vector6 Elasticity::operator*(const Vector6& strain) const {
   Vector6 stress;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     stress[i] = (*this)(i, 0) * strain[0] + (*this)(i, 1) * strain[1] + (*this)(i, 2) * strain[2];
-  }
   stress.tail<3>() = shear * strain.tail<3>();
   return stress;
 }

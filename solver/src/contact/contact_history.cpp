@@ -26,12 +26,10 @@ const Joint& joint_between(const Scene& scene, int a, int b) {
   }
   const int group_a = scene.blocks[static_cast<std::size_t>(a)].material.joint_group;
   const int group_b = scene.blocks[static_cast<std::size_t>(b)].material.joint_group;
-  for (const PairJoint& pair : scene.pair_joints) {
+  for (const PairJoint& pair : scene.pair_joints)
     if ((pair.group_a == group_a && pair.group_b == group_b) ||
-        (pair.group_a == group_b && pair.group_b == group_a)) {
+        (pair.group_a == group_b && pair.group_b == group_a))
       return pair.joint;
-    }
-  }
   return scene.joint;
 }
 
@@ -58,9 +56,8 @@ Vector3 edge_now(const Posed& block, int edge) {
 Vector3 face_normal(const Posed& block, int face) {
   const auto cycle = block.model.shape->topology().face(face);
   Vector3 sum = Vector3::Zero();
-  for (std::size_t i = 2; i < cycle.size(); ++i) {
+  for (std::size_t i = 2; i < cycle.size(); ++i)
     sum += block.line(cycle[0], cycle[i - 1]).cross(block.line(cycle[0], cycle[i]));
-  }
   return sum.normalized();
 }
 
@@ -82,11 +79,10 @@ struct LastFace {
 Vector3 carried_normal(const Posed& a, const Posed& b, const BodyContact& contact, LastFace& last) {
   const ContactPoint& point = contact.state.point;
   Vector3 normal = point.normal;
-  if (point.key.feature_a.kind == FeatureKind::Face) {
+  if (point.key.feature_a.kind == FeatureKind::Face)
     normal = last.of(a, contact.a, point.key.feature_a.index);
-  } else if (point.key.feature_b.kind == FeatureKind::Face) {
+  else if (point.key.feature_b.kind == FeatureKind::Face)
     normal = -last.of(b, contact.b, point.key.feature_b.index);
-  }
   return normal.dot(point.normal) > kLikeNormals ? normal : point.normal;
 }
 
@@ -229,9 +225,8 @@ void set_integration_points(const CarryOptions& options, std::span<BodyContact> 
   const bool springs = first.joint->normal_stiffness > 0.0;
   if (springs) set_spring_areas(blocks, polygon, joint);
   std::vector<BodyContact> points;
-  for (const ContactPoint& point : inner_points(blocks, polygon, joint, options.reach)) {
+  for (const ContactPoint& point : inner_points(blocks, polygon, joint, options.reach))
     points.push_back(make_body_contact({options.scene, options.models, options.poses}, point));
-  }
   const auto each = [&](const AreaRule& rule, std::span<BodyContact> contacts, const auto& set) {
     const std::vector<double> shares = area_shares(blocks, polygon, rule, contacts);
     for (std::size_t i = 0; i < contacts.size(); ++i) set(contacts[i].state, shares[i]);
@@ -292,9 +287,8 @@ void set_springs(const CarryOptions& options, std::span<const Contact> before,
   const JointBlocks blocks = blocks_of(options, first);
   const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
   std::vector<Contact> kept;
-  if (!laid) {
+  if (!laid)
     keep_stored_energy(blocks, of_joint(options, before, first, kept), options.dynamic, joint);
-  }
 }
 
 /// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and
@@ -314,16 +308,14 @@ void keep_areas(const CarryOptions& options, std::span<const Contact> before,
   const JointBlocks blocks = blocks_of(options, joint.front());
   const JointPolygon polygon = joint_polygon(blocks, joint.front());
   const auto shares = area_shares(blocks, polygon, strength_rule(law, polygon), joint);
-  for (std::size_t i = 0; i < joint.size(); ++i) {
+  for (std::size_t i = 0; i < joint.size(); ++i)
     if (lost(joint[i])) joint[i].state.point.area = shares[i];
-  }
 }
 
 void share_penalty(std::span<BodyContact> joint) {
   const double area = area_of(joint);
-  for (BodyContact& contact : joint) {
+  for (BodyContact& contact : joint)
     contact.penalty_share = shared_penalty(joint.size(), contact.state.point.area, area);
-  }
 }
 
 geometry::ContactPointList points_of(const std::vector<BodyContact>& contacts) {
@@ -371,11 +363,10 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
-    if (previous[i] >= 0) {
+    if (previous[i] >= 0)
       hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
-    } else {
+    else
       start_history(options, contact);
-    }
     contact.was_bonded = contact.state.bonded;
   }
   const auto has_parts = [](const BodyContact& c) { return c.part_a != 0 || c.part_b != 0; };

@@ -54,11 +54,10 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
   auto on_a = linear.jacobian_a.rigid.block<1, 3>(0, 3);
   auto on_b = linear.jacobian_b.rigid.block<1, 3>(0, 3);
   if (!contact.crossed) {
-    if (contact.normal_on_a) {
+    if (contact.normal_on_a)
       on_a += n.cross(lever).transpose() * rotation_a;
-    } else {
+    else
       on_b += n.cross(lever).transpose() * rotation_b;
-    }
     return;
   }
   const Vector3 across_a = mean.edge_a.cross(n), across_b = mean.edge_b.cross(n);
@@ -124,9 +123,8 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   linear.offset =
       Vector3(before.gap - contact.opening, (rows.t1 + back.cross(rows.t1)).dot(stretched),
               (rows.t2 + back.cross(rows.t2)).dot(stretched));
-  for (double& value : linear.offset) {
+  for (double& value : linear.offset)
     if (std::abs(value) <= linear.rounding) value = 0.0;
-  }
   if (contact.state.spring_area > 0.0) {  // tangents turned back are its tangents nearly
     const Vector3 along = stretched - stretched.dot(before.normal) * before.normal;
     const double size = linear.offset.tail<2>().norm();
@@ -137,9 +135,8 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
     const double predicted = before.gap + linear.jacobian_a.normal(poses.increment[a]) +
                              linear.jacobian_b.normal(poses.increment[b]);
     const double correction = after.gap - predicted;
-    if (std::abs(correction - linear.turn_correction) > 4.0 * linear.rounding) {
+    if (std::abs(correction - linear.turn_correction) > 4.0 * linear.rounding)
       linear.turn_correction = correction;
-    }
     linear.offset[0] += linear.turn_correction;
   }
   if (models[a].unknowns == 0) linear.offset += linear.jacobian_a * poses.increment[a];

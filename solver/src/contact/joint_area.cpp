@@ -71,9 +71,8 @@ Corners corners_of(const SeenBlock& block, const JointPlane& plane, int face, bo
   const geometry::Topology& topology = block.model.shape->topology();
   const auto cycle = topology.face(face), edges = topology.face_edges(face);
   Corners corners;
-  for (std::size_t i = 0; i < cycle.size(); ++i) {
+  for (std::size_t i = 0; i < cycle.size(); ++i)
     corners.push_back({plane(block.vertex(cycle[i])), of_b, edges[i]});
-  }
   return corners;
 }
 
@@ -260,9 +259,8 @@ std::vector<double> area_shares(const JointBlocks& blocks, const JointPolygon& p
   const std::vector<NearContact> near = near_contacts(blocks, polygon, joint);
   for (std::size_t i = 0; i < polygon.corners.size(); ++i) {
     const std::size_t next = (i + 1) % polygon.corners.size();
-    for (const NearContact& at : {near[i], near[next]}) {
+    for (const NearContact& at : {near[i], near[next]})
       shares[at.contact] += at.left * rule.corner * polygon.triangles[i];
-    }
     const auto features = inner_features(polygon, polygon.corners[i]);
     for (std::size_t k = 0; k < joint.size(); ++k) {
       const geometry::ContactKey& key = joint[k].state.point.key;

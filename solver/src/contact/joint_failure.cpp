@@ -48,9 +48,8 @@ BondedCorners bonded_corners(const SolvedJoint& joint) {
     bonded.pull.push_back(-joint.linear[i].force[0]);
   }
   if (joint.contacts.front().joint->normal_stiffness > 0.0) {
-    for (std::size_t k = 0; k < bonded.index.size(); ++k) {
+    for (std::size_t k = 0; k < bonded.index.size(); ++k)
       bonded.stress.push_back(bonded.pull[k] / joint.contacts[bonded.index[k]].state.spring_area);
-    }
     return bonded;
   }
   const std::optional<JointSection> section = joint_section(places);

@@ -144,11 +144,10 @@ void apply_assumed(double softness, LinearContact& c) {
   c.force = trial_force(c, c.multiplier, softness);
   if (c.mode == ContactMode::Stick && c.law != ContactLaw::Frictionless) return;
   c.mode = ContactMode::Slip;
-  if (c.law == ContactLaw::Frictionless) {
+  if (c.law == ContactLaw::Frictionless)
     c.force.tail<2>().setZero();
-  } else {
+  else
     c.force.tail<2>() = friction_limit(c, c.force[0]) * known_direction(c);
-  }
 }
 
 namespace {
@@ -165,9 +164,8 @@ ContactMode project_tie(const LinearContact& c, Vector3& force) {
 
 /// `force`: in, the trial; out, what is borne.
 ContactMode project(const LinearContact& c, Vector3& force) {
-  if (c.law >= ContactLaw::Bilateral) {
+  if (c.law >= ContactLaw::Bilateral)
     return c.law == ContactLaw::Tie ? project_tie(c, force) : ContactMode::Stick;
-  }
   if (!c.bonded && !(force[0] > 0.0)) {
     if (!c.clings) {
       force.setZero();
@@ -287,9 +285,8 @@ ContactWork contact_work(const LinearContact& c, const Vector3& moved) {
   const double lost = -c.force.dot(moved) - shear_change -
                       spring_energy(c.normal_spring, normal_end - normal_start);
   if (c.mode == ContactMode::Slip) work.heat = rubbed - shear_change - lifted;
-  if (c.was_bonded && !c.bonded && c.start[0] > 0.0) {
+  if (c.was_bonded && !c.bonded && c.start[0] > 0.0)
     work.heat += spring_energy(c.normal_spring, normal_start);
-  }
   work.scheme = lost - work.heat;
   return work;
 }

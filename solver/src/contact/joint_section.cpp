@@ -24,9 +24,8 @@ std::vector<Vector2d> around(std::span<const Vector2d> places, const Vector2d& m
     const std::size_t first = hull.size() + 1;
     for (const Vector2d& arm : arms) {
       while (hull.size() > first &&
-             !(cross(hull.back() - hull[hull.size() - 2], arm - hull.back()) > 0.0)) {
+             !(cross(hull.back() - hull[hull.size() - 2], arm - hull.back()) > 0.0))
         hull.pop_back();
-      }
       hull.push_back(arm);
     }
     hull.pop_back();  // the other one begins with it
@@ -92,9 +91,8 @@ std::vector<double> section_stress(const JointSection& section, std::span<const 
   }
   const Vector2d gradient = section.second_moment.inverse() * moment;
   std::vector<double> stress;
-  for (const Vector2d& place : places) {
+  for (const Vector2d& place : places)
     stress.push_back(force / section.area + gradient.dot(place - section.centroid));
-  }
   return stress;
 }
 

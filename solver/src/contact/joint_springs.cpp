@@ -25,23 +25,20 @@ constexpr double kSameEnergy = 1e-9;  // more, relative, is not rounding of gaps
 bool lies_among(const Vector2d& place, std::span<const Vector2d> others) {
   if (others.size() < 2) return false;
   std::vector<double> angles;
-  for (const Vector2d& other : others) {
+  for (const Vector2d& other : others)
     angles.push_back(std::atan2(other.y() - place.y(), other.x() - place.x()));
-  }
   std::ranges::sort(angles);
   double widest = angles.front() + 2.0 * std::numbers::pi - angles.back();
-  for (std::size_t i = 1; i < angles.size(); ++i) {
+  for (std::size_t i = 1; i < angles.size(); ++i)
     widest = std::max(widest, angles[i] - angles[i - 1]);
-  }
   return widest < std::numbers::pi + kStraight;
 }
 
 /// Contacts that lie at no corner, but among those that do, touch where these do.
 void leave_inner_out(const JointPlane& plane, const Pose& a, std::span<BodyContact> joint) {
   std::vector<Vector2d> corners;
-  for (const BodyContact& contact : joint) {
+  for (const BodyContact& contact : joint)
     if (contact.state.spring_area > 0.0) corners.push_back(plane(a.shape * contact.arm_a));
-  }
   for (BodyContact& contact : joint) {
     if (contact.state.spring_area > 0.0) continue;
     contact.beside_springs = lies_among(plane(a.shape * contact.arm_a), corners);
@@ -93,9 +90,8 @@ void add(const Stored& one, Stored& sum) {
 
 Stored stored(const JointBlocks& blocks, const Joint& joint, std::span<const Contact> contacts) {
   Stored sum;
-  for (const Contact& contact : contacts) {
+  for (const Contact& contact : contacts)
     add(stored(blocks, joint, contact, contact.point.gap, contact.point.normal), sum);
-  }
   return sum;
 }
 

@@ -44,9 +44,8 @@ MeanForce mean_force(const Tie& tie, double start, double end) {
   const double f0 = force_of(tie, start), f1 = force_of(tie, end);
   const auto elastic = [&](double e) { return force_of(tie, e) == tie.stiffness * e; };
   if (elastic(start) && elastic(end)) return {tie.stiffness * middle, 0.5 * tie.stiffness};
-  if (f0 == f1 || std::abs(change) <= kSame * (std::abs(start) + std::abs(end))) {
+  if (f0 == f1 || std::abs(change) <= kSame * (std::abs(start) + std::abs(end)))
     return {force_of(tie, middle), 0.0};
-  }
   const double mean = (work_to(tie, end) - work_to(tie, start)) / change;
   return {mean, (f1 - mean) / change};
 }

@@ -39,9 +39,8 @@ inline Vector3 project_on(const Admissible& forces, const Vector3& z) {
     Vector3 force = z;
     if (!forces.pulls) force[0] = std::max(z[0], 0.0);
     const double limit = forces.shear_limit(force[0]);
-    if (forces.shear == Admissible::Shear::Disc && tangential > limit) {
+    if (forces.shear == Admissible::Shear::Disc && tangential > limit)
       force.tail<2>() *= limit / tangential;
-    }
     return force;
   }
   if (z[0] >= tangential) return z;

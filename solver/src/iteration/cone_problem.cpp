@@ -91,9 +91,8 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
     admissible_[i] = admissible_by(c);
     cones_[i].shear = shear_share(c);
     if (mended_apart > 0.0) cones_[i].unmended = c.start;
-    if (!admissible_[i].pulls) {
+    if (!admissible_[i].pulls)
       cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
-    }
     cones_[i].offset = c.offset - cones_[i].unmended;
     cones_[i].unmoved = c.start + c.left_out - cones_[i].unmended;
     if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
@@ -195,9 +194,8 @@ void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
   const Eigen::Map<const ContactRows<n>> rows = rows_of<n>(rows_, contact);
   const auto add = [&](int slot, int first) {
     if (slot < 0) return;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 3; ++k)
       motion[k] += rows.row(k).template segment<n>(first).dot(increment_[index(slot)].head<n>());
-    }
   };
   add(contacts_[contact].slot_a, 0);
   add(contacts_[contact].slot_b, n);

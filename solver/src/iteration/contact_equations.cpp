@@ -23,9 +23,8 @@ constexpr double kNoForce = 1e-300;  // N: keeps a quotient finite where no forc
 /// Between blocks that stand gaps and slips within their rounding are zero: redundant contacts then
 /// agree. What they would bear for such gaps finds no end.
 void round_to_zero(Vector3& relative, double rounding) {
-  for (double& d : relative) {
+  for (double& d : relative)
     if (std::abs(d) <= rounding) d = 0.0;
-  }
 }
 
 /// |J| |D|: the sum of magnitudes that the motion of a contact is rounded by, m.
@@ -116,9 +115,8 @@ void ContactEquations::evaluate_contact(const BlockVector& change, Law law, doub
   const auto move = [&](int slot, const ContactJacobian& jacobian) {
     if (slot < 0) return;
     c.relative.noalias() += jacobian.rigid * change[index(slot)].head<6>();
-    if (n == 12 && jacobian.strain) {
+    if (n == 12 && jacobian.strain)
       c.relative.noalias() += *jacobian.strain * change[index(slot)].tail<6>();
-    }
   };
   move(c.slot_a, c.jacobian_a);
   move(c.slot_b, c.jacobian_b);
@@ -151,9 +149,8 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std:
       if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
       Vector12& residual = residual_[index(slot)];
       residual.head<6>().noalias() += jacobian.rigid.transpose() * c.force;
-      if (n == 12 && jacobian.strain) {
+      if (n == 12 && jacobian.strain)
         residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
-      }
       scale_[index(slot)] += c.force.norm();
       floor_[index(slot)] += noise_[i];
     };
@@ -198,9 +195,8 @@ void ContactEquations::add_rounding(const BlockSystem& base,
 /// Infinite where forces overflow, which balance nothing.
 double ContactEquations::unbalanced(std::size_t s, double floor) const {
   const double size = force_size(residual_[s], slots_->length[s]);
-  if (!std::isfinite(size) || !std::isfinite(scale_[s])) {
+  if (!std::isfinite(size) || !std::isfinite(scale_[s]))
     return std::numeric_limits<double>::infinity();
-  }
   return std::max(0.0, size - floor);
 }
 
@@ -237,9 +233,8 @@ double ContactEquations::slope(const BlockVector& direction) const {
 
 double ContactEquations::relative_push(const BlockVector& push) const {
   double worst = 0.0;
-  for (std::size_t s = 0; s < push.size(); ++s) {
+  for (std::size_t s = 0; s < push.size(); ++s)
     worst = std::max(worst, force_size(push[s], slots_->length[s]) / std::max(scale_[s], kNoForce));
-  }
   return worst;
 }
 

@@ -52,9 +52,8 @@ void ContactNewton::evaluate(Law law, double softness) {
 /// the last one, and the matrix is solved once.
 bool ContactNewton::same_tangent(Law law, double softness) {
   TangentOptions options{.assumed = law == Law::Assumed, .softness = softness};
-  for (const LinearContact& c : contacts_) {
+  for (const LinearContact& c : contacts_)
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
-  }
   std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
   tangent_.resize(contacts_.size());
   threads_.each(contacts_.size(), [&](std::size_t c) {
@@ -112,13 +111,12 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
   factorized_ = solver_.solve(equations_.residual(), step_);
   if (!factorized_) return false;
   ++count.solves;
-  if (law == Law::Assumed) {
+  if (law == Law::Assumed)
     move(Law::True, softness, 1.0);
-  } else if (system_.symmetric) {
+  else if (system_.symmetric)
     search_slope(law, softness);
-  } else {
+  else
     search_residual(law, softness);
-  }
   std::swap(change_, trial_);
   return true;
 }

@@ -43,9 +43,8 @@ class ProblemReader {
     in_ >> word;
     const char* end = word.data() + word.size();
     const std::from_chars_result result = std::from_chars(word.data(), end, value);
-    if (word.empty() || result.ptr != end || result.ec != std::errc() || !std::isfinite(value)) {
+    if (word.empty() || result.ptr != end || result.ec != std::errc() || !std::isfinite(value))
       fail("'" + word + "' is no finite number");
-    }
     return value;
   }
   int integer(int low, int high) {
@@ -149,12 +148,10 @@ void check(const ContactProblem& problem, const ContactProblem::Contact& contact
 }
 
 void check(const ContactProblem& problem) {
-  for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
+  for (std::size_t i = 0; i < problem.blocks.size(); ++i)
     check(problem.blocks[i], "block " + std::to_string(i));
-  }
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
+  for (std::size_t i = 0; i < problem.contacts.size(); ++i)
     check(problem, problem.contacts[i], "contact " + std::to_string(i));
-  }
 }
 
 /// What the iterations work on.
@@ -210,9 +207,8 @@ Compiled compile(const ContactProblem& problem) {
     result.base.diagonal[s].topLeftCorner(n, n) = matrix;
     compliance[s].topLeftCorner(n, n) = matrix.inverse();
   }
-  for (const ContactProblem::Contact& contact : problem.contacts) {
+  for (const ContactProblem::Contact& contact : problem.contacts)
     result.contacts.push_back(compiled_contact(contact, compliance));
-  }
   set_pairs(result.contacts, result.base);
   return result;
 }
@@ -286,15 +282,13 @@ ContactProblem read_contact_problem(std::istream& in) {
 }
 
 ContactSolution solve(const ContactProblem& problem, ContactIteration iteration, double tolerance) {
-  if (!(tolerance > 0.0 && tolerance < 1e-2)) {
+  if (!(tolerance > 0.0 && tolerance < 1e-2))
     throw InputError("contact problem: tolerance " + text_of(tolerance) + " must lie in (0, 0.01)");
-  }
   Compiled compiled = compile(problem);
   const auto solve_by = [&](auto solver) {
     double smallest = std::numeric_limits<double>::infinity();
-    for (const ContactProblem::Block& block : problem.blocks) {
+    for (const ContactProblem::Block& block : problem.blocks)
       smallest = std::min(smallest, block.length);
-    }
     OpenCloseOptions options;
     options.force_tolerance = tolerance;
     options.gap_tolerance = tolerance * smallest;
@@ -318,9 +312,8 @@ ContactError contact_error(const ContactProblem& problem, const std::vector<Vect
                      " forces are given for " + std::to_string(problem.contacts.size()) +
                      " contacts");
   }
-  for (std::size_t i = 0; i < forces.size(); ++i) {
+  for (std::size_t i = 0; i < forces.size(); ++i)
     require(forces[i].allFinite(), "force " + std::to_string(i), "it is not finite");
-  }
   ConeProblem cones(compiled.slots, nullptr);
   cones.set(compiled.base, compiled.force, compiled.contacts, compiled.increment);
   std::vector<Vector3> x(forces.size()), motion(forces.size());

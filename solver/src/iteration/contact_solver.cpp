@@ -130,13 +130,10 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   coulomb_ = std::ranges::all_of(contacts, ConeProblem::follows_coulomb);
   suits_ = coulomb_ || ConeProblem::suits(contacts);
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
-  if (tuning.free != nullptr && contacts.empty()) {
+  if (tuning.free != nullptr && contacts.empty())
     return {.converged = true, .change = coast(*tuning.free, *slots_, blocks.force, increment)};
-  }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
-  if (automatic_) {
-    tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
-  }
+  if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   if (begins_inside(contacts, tuning)) return solve_static(blocks, contacts, tuning, increment);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
@@ -145,9 +142,8 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
 OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
                                      std::span<LinearContact> contacts,
                                      const OpenCloseOptions& tuning, BlockVector& increment) {
-  if (const auto free = open_close_.fly(blocks, contacts, tuning, tuning.mended_apart, increment)) {
+  if (const auto free = open_close_.fly(blocks, contacts, tuning, tuning.mended_apart, increment))
     return *free;
-  }
   return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
@@ -288,9 +284,8 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
     case Stage::OpenClose: {
       const bool pushed = gained && outcome.contact_work > outcome.allowed;
       if (outcome.solved && !pushed) return Fate::End;
-      if (checked_ == Try::Failed || !can_check_) {
+      if (checked_ == Try::Failed || !can_check_)
         return outcome.solved && outcome.can_cut ? Fate::Halved : Fate::End;
-      }
       checked_ = Try::Now;
       return Fate::Again;
     }

@@ -92,9 +92,7 @@ double coast(const FreeMotion& free, const Slots& slots, const BlockVector& forc
 
 void move_freely(const FreeMotion& free, const BlockVector& force,
                  std::span<LinearContact> contacts, BlockVector& increment) {
-  for (std::size_t s = 0; s < increment.size(); ++s) {
-    increment[s] = free_increment(free, force, s);
-  }
+  for (std::size_t s = 0; s < increment.size(); ++s) increment[s] = free_increment(free, force, s);
   for (LinearContact& c : contacts) {
     c.relative = free_contact(free, force, c).end;
     c.force.setZero();

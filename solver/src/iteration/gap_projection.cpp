@@ -104,9 +104,8 @@ double GapProjection::slope(double share) const {
 
 /// Where the function has its minimum: its forces are the next multipliers.
 void GapProjection::update_multipliers() {
-  for (std::size_t i = 0; i < gap_.size(); ++i) {
+  for (std::size_t i = 0; i < gap_.size(); ++i)
     multiplier_[i] = normal_force(i, borne_[i] + forces_[i][0]);
-  }
 }
 
 void GapProjection::take_step() {

@@ -53,9 +53,8 @@ double longest_step(const Vector3& x, const Vector3& dx) {
   double step = dx[0] < 0.0 ? std::min(1.0, -x[0] / dx[0]) : 1.0;
   if (!(discriminant >= 0.0)) return step;  // a s² + 2 b s + det(x) has no root
   const double root = std::sqrt(discriminant), q = -(b + (b >= 0.0 ? root : -root));
-  for (const double s : {q / a, determinant(x) / q}) {
+  for (const double s : {q / a, determinant(x) / q})
     if (s > 0.0) step = std::min(step, s);  // not of NaN and infinity
-  }
   return step;
 }
 
@@ -126,18 +125,16 @@ InteriorPoint::Residuals InteriorPoint::residuals() const {
 /// Mean of x·y after a step.
 double InteriorPoint::duality(double step) const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
+  for (std::size_t i = 0; i < x_.size(); ++i)
     sum += (x_[i] + step * dx_[i]).dot(y_[i] + step * dy_[i]);
-  }
   return sum / static_cast<double>(x_.size());
 }
 
 /// Mean of |x| |y - u - s n|.
 double InteriorPoint::infeasibility() const {
   double sum = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
+  for (std::size_t i = 0; i < x_.size(); ++i)
     if (!held(i)) sum += x_[i].norm() * (pressed(i) - y_[i]).norm();
-  }
   return sum / static_cast<double>(x_.size());
 }
 
@@ -196,9 +193,7 @@ double InteriorPoint::direction(Part part, double mean) {
     if (part != Part::Predictor) {
       const Scaling& w = scalings_[i];
       Vector3 left = -jordan_product(w.lambda, w.lambda);
-      if (part == Part::Corrector) {
-        left -= jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
-      }
+      if (part == Part::Corrector) left -= jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
       left[0] += mean;
       r = w.scale * jordan_quotient(w.lambda, left);
     }
@@ -243,9 +238,8 @@ IterationCount InteriorPoint::iterate(int most) {
     follow_slip(follows && last > kLong);
     const bool couples = !coupled_.empty();
     if (!problem_.factorize(couples ? tangents_of_slip_ : tangents_,
-                            couples ? Tangents::General : Tangents::Symmetric)) {
+                            couples ? Tangents::General : Tangents::Symmetric))
       break;
-    }
     count.solves += 2;
     const double mean = duality(0.0);
     const double affine = direction(Part::Predictor, 0.0);

@@ -32,9 +32,8 @@ constexpr double kFineGap = 0.1;      // likewise: what is beyond the limit is m
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
   if (forces.shear == Admissible::Shear::All) return ContactMode::Stick;
   const double tangential = trial.tail<2>().norm();
-  if (forces.shear == Admissible::Shear::Disc) {
+  if (forces.shear == Admissible::Shear::Disc)
     return tangential > forces.shear_limit(trial[0]) ? ContactMode::Slip : ContactMode::Stick;
-  }
   if (trial[0] <= -tangential) return ContactMode::Open;
   return trial[0] < tangential || !(friction > 0.0) ? ContactMode::Slip : ContactMode::Stick;
 }
@@ -57,9 +56,8 @@ void MovingContacts::begin() { yielded_ = keeps_gaps_ = false; }
 void MovingContacts::start(std::span<const LinearContact> contacts, bool first) {
   x_.resize(contacts.size());
   motion_.resize(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
+  for (std::size_t i = 0; i < contacts.size(); ++i)
     x_[i] = project_on(admissible(i), problem_.cone_force(i, contacts[i].multiplier));
-  }
   bar_ = x_;
   if (!first) {
     for (std::size_t i = 0; i < bar_.size(); ++i) bar_[i] = problem_.cone_force(i, bar_force_[i]);
@@ -182,9 +180,7 @@ AddedForces MovingContacts::guess(std::span<const Vector3> added) {
   if (added.empty()) return {};
   added_.resize(x_.size());
   moved_.resize(x_.size());
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    added_[i] = x_[i] + problem_.cone_force(i, added[i]);
-  }
+  for (std::size_t i = 0; i < x_.size(); ++i) added_[i] = x_[i] + problem_.cone_force(i, added[i]);
   problem_.respond(added_, moved_);
   for (std::size_t i = 0; i < x_.size(); ++i) {
     added_[i] -= x_[i];

@@ -54,9 +54,8 @@ constexpr double kSame = 1.5;  // of accepted gaps: the next linearisation's are
 
 /// Takes the forces as the new multipliers.
 void update_multipliers(std::span<LinearContact> contacts) {
-  for (LinearContact& c : contacts) {
+  for (LinearContact& c : contacts)
     if (!c.compliant) c.multiplier = c.force;
-  }
 }
 
 /// A light block that carries a heavy one opposes to a contact much less than what must pass
@@ -65,9 +64,8 @@ void raise_augmentation(std::span<LinearContact> contacts, double gap) {
   for (LinearContact& c : contacts) {
     if (c.compliant || c.mode == ContactMode::Open) continue;
     if (!unpressed(c) && std::abs(c.relative[0]) > gap) c.normal_stiffness *= kRaise;
-    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap) {
+    if (c.mode == ContactMode::Stick && c.relative.tail<2>().norm() > gap)
       c.shear_stiffness *= kRaise;
-    }
   }
 }
 
@@ -98,9 +96,8 @@ bool moves(const Slots& slots, const BlockVector& increment, std::size_t slot) {
 }
 
 bool all_move(const Slots& slots, const BlockVector& increment) {
-  for (std::size_t s = 0; s < increment.size(); ++s) {
+  for (std::size_t s = 0; s < increment.size(); ++s)
     if (!moves(slots, increment, s)) return false;
-  }
   return true;
 }
 
@@ -119,9 +116,8 @@ bool many_deform(const Slots& slots) { return slots.count() >= kMany && !slots.r
 
 bool is_moving(const Slots& slots, const BlockVector& increment) {
   if (!slots.rigid() || slots.count() < kMany) return false;
-  for (std::size_t s = 0; s < increment.size(); ++s) {
+  for (std::size_t s = 0; s < increment.size(); ++s)
     if (moves(slots, increment, s)) return true;
-  }
   return false;
 }
 
@@ -164,9 +160,8 @@ double OpenClose::stand(const BlockEquations& blocks, std::span<LinearContact> c
   newton_.set(blocks, contacts, still_, options.gap_rounding);
   newton_.evaluate(Law::True, 1.0);
   stands_.resize(guess.size());
-  for (std::size_t s = 0; s < guess.size(); ++s) {
+  for (std::size_t s = 0; s < guess.size(); ++s)
     stands_[s] = newton_.equations().balanced(s, kAtRest * options.force_tolerance);
-  }
   spread(contacts, stands_);
   double taken_back = 0.0;
   for (std::size_t s = 0; s < guess.size(); ++s) {
@@ -221,9 +216,8 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& options, const Progress& progress) const {
   const bool rigid = slots_->rigid();
   const bool opens = options.moves && progress.softened;  // gaps are those of stiffer contacts
-  if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= loose_gap_)) {
+  if ((progress.softness == 1.0 && !rigid) || (!opens && violation(contacts) <= loose_gap_))
     return options.force_tolerance;
-  }
   const Loose& loose = rigid ? kLooseRigid : kLoose;
   const double share = loose.share * newton_.equations().relative_residual();
   return std::max(options.force_tolerance, std::min(loose.residual, share));
@@ -330,9 +324,8 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   }
   const double shared = progress.far ? kFarPush : kSharedPush;
   if (options.redundant && (progress.slow || left > kSlow) &&
-      gap <= kStalledGap * options.gap_tolerance && push_of_update(contacts) <= shared) {
+      gap <= kStalledGap * options.gap_tolerance && push_of_update(contacts) <= shared)
     return true;
-  }
   follow_gap(contacts, options, {gap, left}, progress);
   return false;
 }
@@ -398,9 +391,8 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   const ContactEquations& equations = newton_.equations();
   const double tolerance = options.force_tolerance;
   OpenCloseResult result;
-  if (options.predicted || !options.raise) {
+  if (options.predicted || !options.raise)
     last_gap_ = last_loose_gap_ = std::numeric_limits<double>::infinity();
-  }
   if (options.predicted || !options.moves) {
     loose_gap_ = options.gap_tolerance;
     accepted_gap_ = 0.0;

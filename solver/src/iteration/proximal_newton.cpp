@@ -77,9 +77,7 @@ bool ProximalNewton::find_step(ConeProblem& problem, double share, double smooth
 }
 
 void ProximalNewton::take_step(std::vector<Vector3>& x) const {
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    x[i] += right_[i] - tangents_[i] * motion_[i];
-  }
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += right_[i] - tangents_[i] * motion_[i];
 }
 
 IterationCount ProximalNewton::solve_hard(ConeProblem& problem, const IterationLimit& limit,

@@ -29,14 +29,12 @@ bool factor_general(const Columns& square, int at, int* exchanges) {
   for (int k = at; k < at + kPanel; ++k) {
     double* column = square.data + k * square.stride;
     int best = k;
-    for (int i = k + 1; i < square.rows; ++i) {
+    for (int i = k + 1; i < square.rows; ++i)
       if (std::abs(column[i]) > std::abs(column[best])) best = i;
-    }
     if (!(std::abs(column[best]) > 0.0)) return false;
     exchanges[k] = best;
-    for (int j = 0; best != k && j < square.columns; ++j) {
+    for (int j = 0; best != k && j < square.columns; ++j)
       std::swap(square.data[k + j * square.stride], square.data[best + j * square.stride]);
-    }
     const double reciprocal = 1.0 / column[k];
     for (int i = k + 1; i < square.rows; ++i) column[i] *= reciprocal;
     for (int j = k + 1; j < at + kPanel; ++j) {
@@ -152,9 +150,7 @@ bool eliminate_general(const DenseFront& front, const FrontCrew& crew, double* p
     if (at > 0) look(crew);
     if (!factor_general(square, at, exchanges)) return false;
     const Columns corner = square.block(at, at, kPanel, kPanel);
-    for (int k = 0; k < kPanel; ++k) {
-      pivots[at + k] = std::abs(corner.data[k + k * corner.stride]);
-    }
+    for (int k = 0; k < kPanel; ++k) pivots[at + k] = std::abs(corner.data[k + k * corner.stride]);
     const int next = at + kPanel, left = own - next;
     const Columns right = square.block(at, next, kPanel, left);
     solve_unit_lower(corner, right);

@@ -19,9 +19,8 @@ std::vector<int> minimum_degree(int count, std::span<const std::pair<int, int>> 
     for (const auto& [i, j] : pairs) add(std::max(i, j), std::min(i, j));
     for (int i = 0; i < count; ++i) add(i, i);
   });
-  for (std::size_t j = 0; j < upper.size(); ++j) {
+  for (std::size_t j = 0; j < upper.size(); ++j)
     std::sort(upper.entries.begin() + upper.start[j], upper.entries.begin() + upper.start[j + 1]);
-  }
   const std::vector<double> ones(upper.entries.size(), 1.0);
   const Eigen::Map<const Eigen::SparseMatrix<double>> graph(
       count, count, static_cast<long>(ones.size()), upper.start.data(), upper.entries.data(),
@@ -67,9 +66,8 @@ std::vector<int> elimination_tree(const Lists& earlier) {
 /// Of each place, those that it is the parent of, ascending.
 Lists children_of(const std::vector<int>& parent) {
   return make_lists(parent.size(), [&](const auto& add) {
-    for (std::size_t i = 0; i < parent.size(); ++i) {
+    for (std::size_t i = 0; i < parent.size(); ++i)
       if (parent[i] >= 0) add(parent[i], static_cast<int>(i));
-    }
   });
 }
 
@@ -77,10 +75,9 @@ Lists children_of(const std::vector<int>& parent) {
 std::vector<int> postorder(const std::vector<int>& parent) {
   const std::size_t n = parent.size();
   std::vector<int> weight(n, 1);
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < n; ++i)
     if (parent[i] >= 0)
       weight[index(parent[i])] = std::max(weight[index(parent[i])], weight[i] + 1);
-  }
   Lists children = children_of(parent);
   const auto lighter = [&](int a, int b) {
     return std::pair(weight[index(a)], a) < std::pair(weight[index(b)], b);
@@ -181,9 +178,8 @@ Elimination make_elimination(int count, std::span<const std::pair<int, int>> pai
   const std::vector<int> order = minimum_degree(count, pairs);
   const Lists first = neighbours(pairs, inverse(order), Side::Earlier);
   result.node_at.reserve(index(count));
-  for (const int place : postorder(elimination_tree(first))) {
+  for (const int place : postorder(elimination_tree(first)))
     result.node_at.push_back(order[index(place)]);
-  }
   result.place_of = inverse(result.node_at);
   const std::vector<int> parent =
       elimination_tree(neighbours(pairs, result.place_of, Side::Earlier));

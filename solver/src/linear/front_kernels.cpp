@@ -28,19 +28,16 @@ struct Tiles {
   [[gnu::always_inline]] static inline void subtract(const double* a, long stride, Strided b,
                                                      int depth, double* c, long c_stride) {
     Lanes sum[kColumns][kVectors];
-    for (int j = 0; j < kColumns; ++j) {
+    for (int j = 0; j < kColumns; ++j)
       for (int v = 0; v < kVectors; ++v) sum[j][v] = load(c + j * c_stride + v * kLanes);
-    }
     for (int k = 0; k < depth; ++k, a += stride, b.data += b.down) {
       Lanes column[kVectors];
       for (int v = 0; v < kVectors; ++v) column[v] = load(a + v * kLanes);
-      for (int j = 0; j < kColumns; ++j) {
+      for (int j = 0; j < kColumns; ++j)
         for (int v = 0; v < kVectors; ++v) sum[j][v] -= column[v] * b.data[j * b.across];
-      }
     }
-    for (int j = 0; j < kColumns; ++j) {
+    for (int j = 0; j < kColumns; ++j)
       for (int v = 0; v < kVectors; ++v) store(sum[j][v], c + j * c_stride + v * kLanes);
-    }
   }
 
   /// Rows from `first` on.
@@ -73,9 +70,8 @@ struct Tiles {
       for (int j = 0; j < kPanel; ++j) row[j] = load(x.data + i + j * x.stride);
       for (int k = 0; k < kPanel; ++k) {
         if (reciprocals != nullptr) row[k] *= reciprocals[k];
-        for (int j = k + 1; j < kPanel; ++j) {
+        for (int j = k + 1; j < kPanel; ++j)
           row[j] -= row[k] * upper.data[k * upper.down + j * upper.across];
-        }
       }
       for (int j = 0; j < kPanel; ++j) store(row[j], x.data + i + j * x.stride);
     }
@@ -122,9 +118,8 @@ struct Portable {
 
 Kernels fastest() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl"))
     return {product_avx512, solve_avx512};
-  }
   if (__builtin_cpu_supports("avx2")) return {product_avx2, solve_avx2};
 #endif
   return {Portable<2, 2>::product, Portable<2, 2>::solve};

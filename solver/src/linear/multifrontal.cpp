@@ -54,25 +54,22 @@ void copy(const SquareBlocks::ConstBlock& block, const Columns& to) {
 }
 
 void copy_transposed(const SquareBlocks::ConstBlock& block, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j) {
+  for (int j = 0; j < to.columns; ++j)
     for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] = block(j, i);
-  }
 }
 
 void add(const double* from, long stride, const Columns& to) {
   for (int j = 0; j < to.columns; ++j) {
     const double* source = from + j * stride;
     double* sum = to.data + j * to.stride;
-    for (int i = 0; i < to.rows; i += kNode) {
+    for (int i = 0; i < to.rows; i += kNode)
       for (int k = i; k < i + kNode; ++k) sum[k] += source[k];
-    }
   }
 }
 
 void add_transposed(const double* from, long stride, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j) {
+  for (int j = 0; j < to.columns; ++j)
     for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] += from[j + i * stride];
-  }
 }
 
 /// Of a front that is not symmetric, about.
@@ -103,9 +100,8 @@ void Multifrontal::analyse(const BlockSystem& system, const std::vector<int>& co
   result.made = true;
   const auto& [node_at, place_of, supernodes, below] = result.elimination;
   result.start.assign(1, 0);
-  for (const int slot : node_at) {
+  for (const int slot : node_at)
     result.start.push_back(result.start.back() + slots_->size[index(slot)]);
-  }
   result.couplings = make_lists<Coupling>(index(count), [&](const auto& add) {
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       const int first = place_of[index(pairs[p].first)], second = place_of[index(pairs[p].second)];
@@ -238,11 +234,9 @@ void Multifrontal::place_factors() {
   part_tree();
   lanes_.resize(subtrees_.empty() ? 1 : 1 + index(workers_));
   place_lane(0, analysis().fronts.size(), subtrees_.begin(), lanes_[0]);
-  for (std::size_t w = 1; w < lanes_.size(); ++w) {
-    for (const Subtree& subtree : subtrees_) {
+  for (std::size_t w = 1; w < lanes_.size(); ++w)
+    for (const Subtree& subtree : subtrees_)
       place_lane(subtree.first, subtree.end, subtrees_.end(), lanes_[w]);
-    }
-  }
 }
 
 void Multifrontal::release() {
@@ -300,9 +294,8 @@ bool Multifrontal::eliminate(const BlockSystem& system, std::size_t node, const 
   if (!keeps_lower_) {
     forward(node, lane, beyond);
     double* kept = factor_.data() + front.columns;
-    for (int j = 0; j < front.own; ++j, kept += front.own) {
+    for (int j = 0; j < front.own; ++j, kept += front.own)
       std::copy_n(now.columns.data + j * now.columns.stride, front.own, kept);
-    }
   }
   const std::size_t rest = area(front.below, front.below);
   double* const top = lane.stack.data() + lane.top;
@@ -317,9 +310,8 @@ bool Multifrontal::eliminate_subtree(const BlockSystem& system, const Subtree& s
   Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
   lane.waiting.clear();
   lane.top = 0;
-  for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+  for (std::size_t s = subtree.first; s < subtree.end; ++s)
     if (!eliminate(system, s, Threads(), lane, beyond)) return false;
-  }
   const int below = analysis().fronts[subtree.end - 1].below;
   std::copy_n(lane.stack.data(), area(below, below), rests_.data() + subtree.rest);
   return true;
@@ -396,11 +388,10 @@ void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, L
       const SquareBlocks::ConstBlock &lower = coupling.forward ? upper : mirrored,
                                      &other = coupling.forward ? mirrored : upper;
       copy(lower, lower_part);
-      if (to < own) {
+      if (to < own)
         copy(other, front.columns.block(from, to, size, rows));
-      } else {
+      else
         copy_transposed(other, front.rows.block(to - own, from, rows, size));
-      }
     }
   }
 }
@@ -467,26 +458,22 @@ void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
     threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
       const Subtree& subtree = subtrees_[i];
       Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
-      for (std::size_t s = subtree.first; s < subtree.end; ++s) {
+      for (std::size_t s = subtree.first; s < subtree.end; ++s)
         forward(s, lanes_[1 + index(worker)], beyond);
-      }
     });
     Beyond none;
     walk([&](std::size_t s) { forward(s, lane, none); },
          [&](const Subtree& subtree) { take_off_beyond(subtree); });
   }
   auto subtree = subtrees_.rbegin();
-  for (std::size_t s = analysis().fronts.size(); s-- > 0;) {
-    if (subtree == subtrees_.rend() || subtree->end != s + 1) {
+  for (std::size_t s = analysis().fronts.size(); s-- > 0;)
+    if (subtree == subtrees_.rend() || subtree->end != s + 1)
       backward(s, lane);
-    } else {
+    else
       s = subtree++->first;
-    }
-  }
   threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
-    for (std::size_t s = subtrees_[i].end; s-- > subtrees_[i].first;) {
+    for (std::size_t s = subtrees_[i].end; s-- > subtrees_[i].first;)
       backward(s, lanes_[1 + index(worker)]);
-    }
   });
   for (std::size_t s = 0; s < solution.size(); ++s) {
     solution[s].setZero();
@@ -495,9 +482,7 @@ void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
 }
 
 void Multifrontal::take(const BlockVector& right) {
-  for (std::size_t s = 0; s < right.size(); ++s) {
-    unknowns_of(s) = right[s].head(slots_->size[s]);
-  }
+  for (std::size_t s = 0; s < right.size(); ++s) unknowns_of(s) = right[s].head(slots_->size[s]);
 }
 
 Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) {
@@ -538,11 +523,10 @@ void Multifrontal::forward(std::size_t node, Lane& lane, Beyond& beyond) {
   for (const int place : analysis().elimination.below[node]) {
     const int at = analysis().start[index(place)];
     const int size = analysis().start[index(place) + 1] - at;
-    if (at < beyond.first) {
+    if (at < beyond.first)
       vector_.segment(at, size) -= lane.below.segment(from, size);
-    } else {
+    else
       beyond.to = std::copy_n(lane.below.data() + from, size, beyond.to);
-    }
     from += size;
   }
 }
@@ -564,11 +548,10 @@ void Multifrontal::backward(std::size_t node, Lane& lane) {
   const Factor rows(beside, front.below, front.own,
                     Eigen::OuterStride<>(symmetric_ ? height : front.below));
   own.noalias() -= rows.transpose() * lane.below;
-  if (symmetric_) {
+  if (symmetric_)
     pivot.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
-  } else {
+  else
     pivot.triangularView<Eigen::Upper>().solveInPlace(own);
-  }
 }
 
 double Multifrontal::condition_estimate() const {

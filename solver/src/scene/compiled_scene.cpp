@@ -82,9 +82,8 @@ void check_block_joints(const Scene& scene) {
       throw InputError(what + ": " + std::to_string(a) + " and " + std::to_string(b) +
                        " are not two blocks, the lower first");
     }
-    if (i > 0 && std::pair(joints[i - 1].a, joints[i - 1].b) >= std::pair(a, b)) {
+    if (i > 0 && std::pair(joints[i - 1].a, joints[i - 1].b) >= std::pair(a, b))
       throw InputError(what + ": pairs of blocks must ascend");
-    }
   }
 }
 
@@ -152,9 +151,8 @@ void for_each_point(const Vector3& corner, const Vector3& u, const Vector3& v, i
                     const Add& add) {
   const double n = divisions;
   const auto part = [&](double i, double j, double sign) {
-    for (const auto& [p, q] : {std::pair(1.0, 1.0), std::pair(4.0, 1.0), std::pair(1.0, 4.0)}) {
+    for (const auto& [p, q] : {std::pair(1.0, 1.0), std::pair(4.0, 1.0), std::pair(1.0, 4.0)})
       add(Vector3(corner + (i + sign * p / 6.0) / n * u + (j + sign * q / 6.0) / n * v));
-    }
   };
   for (int i = 0; i < divisions; ++i) {
     for (int j = 0; i + j < divisions; ++j) {
@@ -219,9 +217,8 @@ void compile_loads(CompiledScene& compiled) {
   }
   for (const PressureLoad& load : scene.pressure_loads) {
     const std::string what = checked_load(scene, "pressure load", scene.pressure_loads, load);
-    if (!load.field || !load.field->value || load.corners.size() < 3 || load.divisions < 1) {
+    if (!load.field || !load.field->value || load.corners.size() < 3 || load.divisions < 1)
       throw InputError(what + " needs a field, three corners, and at least one division");
-    }
     for (const Vector3& corner : load.corners) check_finite(corner, what + ": corner");
     add_pressure(compiled, load);
   }
@@ -245,9 +242,8 @@ Vector3 tie_arm(const CompiledScene& compiled, int block, const Vector3& point,
   check_finite(point, what + ": point");
   if (block < 0) return point - compiled.origin;
   const std::size_t b = checked_block(block, compiled.models.size(), what + ": ");
-  if (is_absent(compiled, block)) {
+  if (is_absent(compiled, block))
     throw InputError(what + ": " + label(compiled.scene.blocks[b], block) + " is absent");
-  }
   return arm_of(compiled, block, point);
 }
 
@@ -333,9 +329,8 @@ void check_parts(const Block& block, int index) {
     vertices += part.vertex_count();
     faces += part.topology().face_count();
   }
-  if (vertices == block.shape->vertex_count() && faces == block.shape->topology().face_count()) {
+  if (vertices == block.shape->vertex_count() && faces == block.shape->topology().face_count())
     return;
-  }
   throw InputError(label(block, index) + ": its parts have " + std::to_string(vertices) +
                    " vertices and " + std::to_string(faces) + " faces, its shape " +
                    std::to_string(block.shape->vertex_count()) + " and " +
@@ -388,17 +383,15 @@ class ReferenceShapes {
 CompiledScene compile(Scene scene) {
   if (scene.blocks.empty()) throw InputError("the scene has no blocks");
   check_joint(scene.joint, "joint");
-  for (std::size_t i = 0; i < scene.pair_joints.size(); ++i) {
+  for (std::size_t i = 0; i < scene.pair_joints.size(); ++i)
     check_joint(scene.pair_joints[i].joint, "pair joint " + std::to_string(i));
-  }
   check_pairs(scene.pair_joints);
   check_block_joints(scene);
   check_finite(scene.gravity.at(0.0), "gravity at time 0");
   CompiledScene compiled;
   compiled.scene = std::move(scene);
-  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b) {
+  for (std::size_t b = 0; b < compiled.scene.blocks.size(); ++b)
     check_shape(compiled.scene, static_cast<int>(b));
-  }
   compiled.origin = scene_origin(compiled.scene);
   std::vector<int> unknowns;
   std::vector<double> sizes;
@@ -422,9 +415,8 @@ CompiledScene compile(Scene scene) {
     check_constant(block.motion.rotation, what + ": rotation");
     check_finite(block.motion.centre, what + ": centre of rotation");
     if (block.kind == BlockKind::Prescribed &&
-        !(is_always_zero(block.motion.value) && is_always_zero(block.motion.rotation))) {
+        !(is_always_zero(block.motion.value) && is_always_zero(block.motion.rotation)))
       compiled.prescribed.push_back(static_cast<int>(b));
-    }
   }
   compiled.slots = make_slots(unknowns, sizes);
   compiled.smallest_size = *std::min_element(sizes.begin(), sizes.end());
@@ -640,10 +632,8 @@ double next_jump(const Motion& motion, double from, double to) {
   if (motion.kind != MotionKind::Velocity || motion.value.is_constant()) return to;
   const std::span<const double> knots = motion.value.knots();
   if (knots.empty()) return jump_within(motion.value, from, to);
-  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
-       ++knot) {
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot)
     if (std::next(knot) != knots.end() && *std::next(knot) == *knot) return *knot;
-  }
   return to;
 }
 
@@ -660,10 +650,8 @@ PrescribedMotion advance_translation(const Motion& motion, const PrescribedMotio
     reached = time;
   };
   const std::span<const double> knots = motion.value.knots();
-  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to;
-       ++knot) {
+  for (auto knot = std::ranges::upper_bound(knots, from); knot != knots.end() && *knot < to; ++knot)
     advance_to(*knot);
-  }
   if (const double jump = next_jump(motion, reached, to); jump < to) advance_to(jump);
   advance_to(to);
   if (motion.kind == MotionKind::Velocity) next.velocity = velocity_inside(motion.value, to, from);
@@ -688,9 +676,8 @@ void move_along(const BlockModel& model, const Motion& motion, const PrescribedM
   if (motion.rotation.is_constant()) return;
   const Vector3 arm = (model.start.centroid - (motion.centre - origin)) + model.start.centroid_rest;
   const Vector3 before = block.rotation * arm;
-  if (to.turn.coeffs() != from.turn.coeffs()) {
+  if (to.turn.coeffs() != from.turn.coeffs())
     block.rotation = (to.turn * from.turn.conjugate() * block.rotation).normalized();
-  }
   const Vector3 after = block.rotation * arm;
   move_centroid(after - before, block);
   block.velocity += to.angular_velocity.cross(after);

@@ -57,11 +57,9 @@ bool InitialDepths::remember(const CompiledScene& compiled, std::span<const Cont
     const auto counts = [&](const ContactPoint& point) {
       return depth(point.gap) > 0.0 || (point.gap > 0.0 && point.gap <= rounding);
     };
-    if (is_laid(from->key) && std::any_of(from, until, counts)) {
-      for (auto point = from; point != until; ++point) {
+    if (is_laid(from->key) && std::any_of(from, until, counts))
+      for (auto point = from; point != until; ++point)
         entries.push_back({.key = point->key, .place = point->point_a, .depth = depth(point->gap)});
-      }
-    }
     from = until;
   }
   if (entries.size() == kept) return false;

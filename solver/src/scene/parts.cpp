@@ -72,9 +72,8 @@ std::vector<int> parts_of_blocks(const Scene& scene, int parts) {
   std::vector<Vector3> centroids;
   std::vector<double> weights;
   for (const Block& block : scene.blocks) {
-    if (block.shape == nullptr) {
+    if (block.shape == nullptr)
       throw InputError("parts: block " + std::to_string(centroids.size()) + " has no shape");
-    }
     centroids.push_back(geometry::mass_properties(block.body()).centroid);
     const bool stays = block.kind == BlockKind::Fixed || block.kind == BlockKind::Prescribed;
     weights.push_back(stays ? 0.0 : 1.0);

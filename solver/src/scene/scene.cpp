@@ -11,9 +11,8 @@ VectorOfTime interpolate(std::vector<double> times, std::vector<Vector3> values)
                      std::to_string(values.size()) + " values");
   }
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (!std::isfinite(times[i]) || !values[i].allFinite()) {
+    if (!std::isfinite(times[i]) || !values[i].allFinite())
       throw InputError("table in time: entry " + std::to_string(i) + " is not finite");
-    }
     if (i > 0 && !(times[i] >= times[i - 1] && (i < 2 || times[i] > times[i - 2]))) {
       throw InputError("table in time: time " + std::to_string(i) + " (" +
                        std::to_string(times[i]) +

@@ -31,9 +31,8 @@ class Reader {
   explicit Reader(std::istream& in) : in_(in) {}
 
   void bytes(void* to, std::size_t count) {
-    if (!in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count))) {
+    if (!in_.read(static_cast<char*>(to), static_cast<std::streamsize>(count)))
       throw InputError("the checkpoint is cut short");
-    }
   }
   std::size_t count(std::size_t /*now*/) {
     std::size_t n = 0;
@@ -99,9 +98,8 @@ Stamp stamp(const CompiledScene& compiled) {
     digest.add(block.placement.linear);
     digest.add(block.placement.translation);
     digest.add(static_cast<double>(block.kind));
-    for (const double of : {block.material.density, block.material.young, block.material.poisson}) {
+    for (const double of : {block.material.density, block.material.young, block.material.poisson})
       digest.add(of);
-    }
   }
   result.digest = digest.value();
   return result;
@@ -193,9 +191,7 @@ void read_checkpoint(std::istream& in, const CompiledScene& compiled, State& sta
   Reader reader(in);
   Stamp saved;
   record(reader, saved);
-  if (saved != stamp(compiled)) {
-    throw InputError("the checkpoint is of another scene or program");
-  }
+  if (saved != stamp(compiled)) throw InputError("the checkpoint is of another scene or program");
   transfer(reader, state, work);
   if (!fits(compiled, state, work)) throw InputError("the checkpoint is damaged");
 }

@@ -30,9 +30,8 @@ EquilibriumProblem equilibrium_problem(const Simulation& simulation, double shar
   };
   StepOptions options;
   options.analysis = Analysis::Static;
-  for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b) {
+  for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b)
     options.reach = std::max(options.reach, 2.0 * way(b));
-  }
   Workspace work(compiled, options);
   detect(compiled, options, state, work);
   std::erase_if(work.found, [&](const geometry::ContactPoint& point) {

@@ -43,33 +43,25 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
   const Scene& scene = compiled.scene;
   const bool rough =
       any_joint(scene, [](const Joint& j) { return j.friction_angle > 0.0 || j.cohesion > 0.0; });
-  if (!rough && options.analysis != Analysis::Settle) {
+  if (!rough && options.analysis != Analysis::Settle)
     out.push_back("shear forces and friction limits: no joint has friction or cohesion");
-  }
-  if (options.method == ContactMethod::Springs || options.method == ContactMethod::Penalty) {
+  if (options.method == ContactMethod::Springs || options.method == ContactMethod::Penalty)
     out.push_back("multipliers and velocity law: contacts are springs");
-  }
-  if (options.method == ContactMethod::Paper) {
-    out.push_back("velocity law: the source has none");
-  }
+  if (options.method == ContactMethod::Paper) out.push_back("velocity law: the source has none");
   if (is_paper_method(options.method) && any_joint(scene, [](const Joint& j) {
         return j.restitution > 0.0 || j.dilation_angle > 0.0;
-      })) {
+      }))
     out.push_back("restitution and dilation: the source has none");
-  }
   if (is_paper_method(options.method) && any_joint(scene, [](const Joint& j) {
         return j.normal_stiffness > 0.0 || j.residual_friction_angle >= 0.0 ||
                j.softening_slip > 0.0 || j.residual_cohesion > 0.0 || j.residual_tension > 0.0;
-      })) {
+      }))
     out.push_back("stiffness of joints, softening and residual values: the source has none");
-  }
-  if (options.method == ContactMethod::AugmentedLagrangian) {
+  if (options.method == ContactMethod::AugmentedLagrangian)
     out.push_back("contact springs: contacts are exact, penalty and shear_ratio are not used");
-  }
   if (compiled.loads.empty()) out.push_back("load terms: no point, face, body or pressure load");
-  if (is_paper_method(options.method) && !(compiled.ties.empty() && compiled.quiet.empty())) {
+  if (is_paper_method(options.method) && !(compiled.ties.empty() && compiled.quiet.empty()))
     out.push_back("ties and quiet faces: the source has none");
-  }
   if (compiled.held.empty()) out.push_back("held points: none in the scene");
   if (compiled.prescribed.empty()) out.push_back("prescribed motion: no block has one");
 }
@@ -80,9 +72,8 @@ std::vector<std::string> left_out(const CompiledScene& compiled, const StepOptio
   std::vector<std::string> out;
   say_blocks(compiled, out);
   say_forces(compiled, options, out);
-  if (options.analysis != Analysis::Dynamic) {
+  if (options.analysis != Analysis::Dynamic)
     out.push_back("velocities, kinetic energy, restitution: the analysis is static");
-  }
   if (options.threads == 1) out.push_back("worker threads: one thread is asked for");
   return out;
 }

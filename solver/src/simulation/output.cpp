@@ -67,9 +67,7 @@ class Appended {
     file_.seekp(0);
     file_ << text_;
     file_.close();
-    if (!file_) {
-      throw unwritable(path_ + ".part");
-    }
+    if (!file_) throw unwritable(path_ + ".part");
     std::filesystem::rename(path_ + ".part", path_);
   }
 
@@ -89,9 +87,8 @@ class Appended {
     values.reserve(likely_size);
     fill(values);
     if constexpr (std::is_same_v<Number, double>) {
-      for (const double value : values) {
+      for (const double value : values)
         if (!std::isfinite(value)) throw std::runtime_error(path_ + ": a value is not finite");
-      }
     }
     const std::uint64_t bytes = values.size() * sizeof(Number);
     file_.write(reinterpret_cast<const char*>(&bytes), sizeof bytes);
@@ -133,9 +130,8 @@ struct Shown {
   std::vector<std::size_t> blocks;
 
   Shown(const Simulation& all, const Piece& piece) : simulation(all) {
-    for (std::size_t b = 0; b < all.scene().blocks.size(); ++b) {
+    for (std::size_t b = 0; b < all.scene().blocks.size(); ++b)
       if (has(piece, static_cast<int>(b))) blocks.push_back(b);
-    }
   }
   static bool has(const Piece& piece, int block) {
     return piece.part_of_block.empty() || piece.part_of_block[index(block)] == piece.part;
@@ -148,9 +144,8 @@ struct Shown {
 
 std::size_t vertex_count(const Shown& shown) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < shown.count(); ++i) {
+  for (std::size_t i = 0; i < shown.count(); ++i)
     count += static_cast<std::size_t>(shown.block(i).shape->vertex_count());
-  }
   return count;
 }
 
@@ -427,9 +422,7 @@ void write_whole(const std::string& path, const std::string& text) {
   std::ofstream file(part, std::ios::binary);
   file << text;
   file.close();
-  if (!file) {
-    throw unwritable(part);
-  }
+  if (!file) throw unwritable(part);
   std::filesystem::rename(part, path);
 }
 
@@ -477,7 +470,7 @@ namespace {
 /// As the value of an attribute in XML.
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : text)
     if (c == '&')
       result += "&amp;";
     else if (c == '<')
@@ -486,7 +479,6 @@ std::string escaped(const std::string& text) {
       result += "&quot;";
     else
       result += c;
-  }
   return result;
 }
 

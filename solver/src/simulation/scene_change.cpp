@@ -56,20 +56,18 @@ void take_over_motions(const CompiledScene& before, const Workspace& work_before
     const int block = now.prescribed[p];
     const Motion& motion = now.scene.blocks[index(block)].motion;
     const std::ptrdiff_t known = prescribed_index(before, block);
-    if (known >= 0) {
+    if (known >= 0)
       work.motion[p] = work_before.motion[static_cast<std::size_t>(known)];
-    } else {
+    else
       work.motion[p].velocity = state.blocks[index(block)].velocity;
-    }
     work.motion[p].turn = turn_at(motion, state.time);
     if (motion.kind != MotionKind::Displacement) continue;
     const Vector3 given = motion.value.at(state.time);
     const auto goes_on = [&](const Motion& last) {
       return last.kind == motion.kind && last.value.at(state.time) == given;
     };
-    if (known < 0 || !goes_on(before.scene.blocks[index(block)].motion)) {
+    if (known < 0 || !goes_on(before.scene.blocks[index(block)].motion))
       work.motion[p].displacement = given;
-    }
   }
 }
 
@@ -180,11 +178,10 @@ void take_over_contacts(const State& state_before, const Workspace& work_before,
     const auto [a, b] = std::pair(one.contact.point.key.a, one.contact.point.key.b);
     if (is_absent(now, a) || is_absent(now, b)) continue;
     if (!is_in_place(one.a, blocks[index(a)]) || !is_in_place(one.b, blocks[index(b)])) continue;
-    if (now.idle[index(a)] && now.idle[index(b)]) {
+    if (now.idle[index(a)] && now.idle[index(b)])
       work.waiting.push_back(one);
-    } else {
+    else
       state.contacts.push_back(one.contact);
-    }
   }
 }
 
@@ -198,9 +195,8 @@ void check_same_blocks(const Scene& before, const Scene& now) {
   for (std::size_t b = 0; b < now.blocks.size(); ++b) {
     const Block &was = before.blocks[b], &is = now.blocks[b];
     if (is.shape == nullptr || !was.parts != !is.parts || !are_same(*was.shape, *is.shape) ||
-        !are_same(was.placement, is.placement)) {
+        !are_same(was.placement, is.placement))
       throw InputError("block " + std::to_string(b) + " can't change its shape or its placement");
-    }
   }
 }
 
@@ -221,12 +217,9 @@ void take_over(const CompiledScene& before, const State& state_before, const Wor
     take_over_block(before, state_before, now, b, state);
   }
   take_over_contacts(state_before, work_before, now, state, work);
-  for (Contact& contact : state.contacts) {
-    take_over_joint(before.scene, now.scene, state, contact);
-  }
-  for (WaitingContact& waiting : work.waiting) {
+  for (Contact& contact : state.contacts) take_over_joint(before.scene, now.scene, state, contact);
+  for (WaitingContact& waiting : work.waiting)
     take_over_joint(before.scene, now.scene, state, waiting.contact);
-  }
   take_over_motions(before, work_before, now, state, work);
   take_over_held(before, state_before, now, state);
   take_over_ties(before, state_before, now, state);

@@ -82,9 +82,8 @@ namespace {
 void check_paper_method(const StepOptions& options) {
   if (!is_paper_method(options.method)) return;
   const std::string method = std::string("method ") + name(options.method);
-  if (options.scheme != TimeScheme::ConstantAcceleration) {
+  if (options.scheme != TimeScheme::ConstantAcceleration)
     throw InputError(method + " knows the scheme constant_acceleration alone");
-  }
 }
 
 void check(const StepOptions& options) {
@@ -118,9 +117,8 @@ void check(const StepOptions& options) {
 void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {
   const std::string what = "velocity of block " + std::to_string(given.block);
   if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
-      models[static_cast<std::size_t>(given.block)].unknowns == 0) {
+      models[static_cast<std::size_t>(given.block)].unknowns == 0)
     throw InputError(what + ": there is no such block with unknowns");
-  }
   const auto require = [&](const Vector3& value, const char* unit) {
     if (std::isfinite(value.squaredNorm())) return;
     std::ostringstream line;
@@ -204,9 +202,8 @@ bool Simulation::threads_refused() const { return threads() < parts_->work.threa
 
 void Simulation::set_options(const StepOptions& options) {
   check(options);
-  if (options.distributed_solver != parts_->options.distributed_solver) {
+  if (options.distributed_solver != parts_->options.distributed_solver)
     throw InputError("the processes of a simulation can't change");
-  }
   parts_->options = options;
   parts_->work.search = {};
   detect(parts_->compiled, options, parts_->state, parts_->work);
@@ -242,9 +239,8 @@ void Simulation::change(Scene scene) {
   part_hit_contacts(set_on(parts_->state, state), next->options.method, state);
   detect(compiled, next->options, state, work);
   check_overlap(compiled, work, parts_->compiled.idle);
-  if (work.initial_depths.remember(compiled, work.found, work.laid)) {
+  if (work.initial_depths.remember(compiled, work.found, work.laid))
     detect(compiled, next->options, state, work);
-  }
   EnergyLedger& energy = state.energy;
   const double before = energy.mechanical();
   energy.kinetic = kinetic_energy(compiled, state);
@@ -293,9 +289,8 @@ geometry::Points Simulation::reference_arms(int block) const {
 
 geometry::Points Simulation::vertices(int block) const {
   geometry::Points places = reference_arms(block);
-  for (Eigen::Index v = 0; v < places.cols(); ++v) {
+  for (Eigen::Index v = 0; v < places.cols(); ++v)
     places.col(v) = world_point(parts_->state, block, places.col(v)).eval();
-  }
   return places;
 }
 

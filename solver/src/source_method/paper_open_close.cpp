@@ -68,18 +68,16 @@ ContactMode next_mode(const PaperContact& c, const PaperOptions& options, double
   if (c.mode == ContactMode::Open) return mode_after_open(c, options, force_tolerance);
   if (c.compression < -c.tension - force_tolerance) return ContactMode::Open;
   if (!options.sliding || closed_mode(c, options) == ContactMode::Slip) return c.mode;
-  if (c.mode == ContactMode::Slip) {
+  if (c.mode == ContactMode::Slip)
     return c.slide.dot(c.direction) < 0.0 ? ContactMode::Stick : ContactMode::Slip;
-  }
   return slides(c, options, c.compression, force_tolerance) ? ContactMode::Slip
                                                             : ContactMode::Stick;
 }
 
 double largest_compression(std::span<const PaperContact> contacts) {
   double largest = 0.0;
-  for (const PaperContact& c : contacts) {
+  for (const PaperContact& c : contacts)
     if (c.mode != ContactMode::Open) largest = std::max(largest, std::abs(c.compression));
-  }
   return largest;
 }
 

@@ -172,9 +172,8 @@ void account_blocks(const StepSetting& step, Attempt& attempt) {
     const BlockModel& model = step.compiled.models[index(b)];
     const Vector12& d = step.increment[index(b)];
     attempt.energy.gravity_work += model.mass * gravity.dot(d.head<3>());
-    if (!step.dynamic()) {
+    if (!step.dynamic())
       attempt.energy.scheme_loss += static_loss(model, step.state(b), d, step.time_step());
-    }
     if (model.unknowns == 12) {
       const Vector6 e = d.tail<6>();
       attempt.energy.scheme_loss += 0.5 * model.volume * e.dot(model.elasticity * e);
@@ -310,9 +309,8 @@ void PaperMethod::attempt(const SubStep& at, std::span<const BodyContact> contac
     record_contact(solved[i], tuning.shear_stiffness, blocks.end, before,
                    attempt.contacts.emplace_back(before.state));
   }
-  if (at.options.method == ContactMethod::Penalty) {
+  if (at.options.method == ContactMethod::Penalty)
     attempt.stiffest_omega_dt = stiffest_omega_dt(base_, solved, penalty);
-  }
 }
 
 }  // namespace quoin::solver

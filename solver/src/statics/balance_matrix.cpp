@@ -21,16 +21,14 @@ Slots rigid_slots(int count) {
 BalanceMatrix::BalanceMatrix(const ConeProgram& program)
     : program_(program), slots_(rigid_slots(program.slots)), elimination_(slots_) {
   std::map<std::pair<int, int>, int> places;
-  for (const ConeContact& c : program_.contacts) {
+  for (const ConeContact& c : program_.contacts)
     if (c.a >= 0 && c.b >= 0) places.emplace(std::minmax(c.a, c.b), 0);
-  }
   for (auto& [pair, place] : places) {
     place = static_cast<int>(std::ssize(system_.pairs));
     system_.pairs.push_back(pair);
   }
-  for (const ConeContact& c : program_.contacts) {
+  for (const ConeContact& c : program_.contacts)
     pair_of_contact_.push_back(c.a >= 0 && c.b >= 0 ? places.at(std::minmax(c.a, c.b)) : -1);
-  }
   system_.diagonal.resize(index(program_.slots), 6);
   system_.off_diagonal.resize(system_.pairs.size(), 6);
 }
@@ -58,9 +56,8 @@ VectorXd BalanceMatrix::motions(const VectorXd& y) const {
 bool BalanceMatrix::factorize(std::span<const Matrix3> weights, double proximal) {
   system_.diagonal.set_zero();
   system_.off_diagonal.set_zero();
-  for (int slot = 0; slot < program_.slots; ++slot) {
+  for (int slot = 0; slot < program_.slots; ++slot)
     system_.diagonal[index(slot)].diagonal().array() += proximal;
-  }
   for (std::size_t i = 0; i < program_.contacts.size(); ++i) {
     const ConeContact& c = program_.contacts[i];
     const Matrix6x3 by_a = c.map_a * weights[i], by_b = c.map_b * weights[i];
@@ -75,14 +72,12 @@ bool BalanceMatrix::factorize(std::span<const Matrix3> weights, double proximal)
 
 VectorXd BalanceMatrix::solve(const VectorXd& right) {
   BlockVector load(index(program_.slots), Vector12::Zero()), solution = load;
-  for (int slot = 0; slot < program_.slots; ++slot) {
+  for (int slot = 0; slot < program_.slots; ++slot)
     load[index(slot)].head<6>() = right.segment<6>(6 * slot);
-  }
   elimination_.solve(load, solution);
   VectorXd result(right.size());
-  for (int slot = 0; slot < program_.slots; ++slot) {
+  for (int slot = 0; slot < program_.slots; ++slot)
     result.segment<6>(6 * slot) = solution[index(slot)].head<6>();
-  }
   return result;
 }
 

@@ -98,9 +98,8 @@ double longest(const Vector3& v, const Vector3& d) {
   double alpha = d[0] < 0.0 ? -v[0] / d[0] : kInfinite;
   if (!(root >= 0.0)) return alpha;
   const double q = -(b + std::copysign(std::sqrt(root), b));
-  for (const double t : {q / a, c / q}) {
+  for (const double t : {q / a, c / q})
     if (t > 0.0) alpha = std::min(alpha, t);
-  }
   return alpha;
 }
 
@@ -186,13 +185,11 @@ InteriorPoint::InteriorPoint(const ConeProgram& program) : program_(program), ma
   b_ = -program.load;
   x_ = c_ = VectorXd::Zero(lambda() + (with_factor() ? 1 : 0));
   y_ = VectorXd::Zero(6 * program.slots);
-  if (with_factor()) {
+  if (with_factor())
     c_[lambda()] = -1.0;
-  } else {
-    for (std::size_t i = 0; i < program.contacts.size(); ++i) {
+  else
+    for (std::size_t i = 0; i < program.contacts.size(); ++i)
       c_[3 * static_cast<Eigen::Index>(i)] = program.contacts[i].cost;
-    }
-  }
   proximal_ = VectorXd::Constant(x_.size(), kProximal);
   for (std::size_t i = 0; i < program.contacts.size(); ++i) {
     const auto at = 3 * static_cast<Eigen::Index>(i);
@@ -281,11 +278,10 @@ VectorXd InteriorPoint::apply(const VectorXd& v, double sign) const {
   VectorXd result(v.size());
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
-    if (cones_[k].round) {
+    if (cones_[k].round)
       result.segment<3>(row) = scaled(scalings_[k], v.segment<3>(row), sign);
-    } else {
+    else
       result[row] = sign > 0.0 ? v[row] * scalings_[k].w[0] : v[row] / scalings_[k].w[0];
-    }
   }
   return result;
 }
@@ -308,11 +304,10 @@ VectorXd InteriorPoint::divided(const VectorXd& l, const VectorXd& r) const {
   VectorXd result(l.size());
   for (const Cone& cone : cones_) {
     const int row = cone.row;
-    if (cone.round) {
+    if (cone.round)
       result.segment<3>(row) = quotient(l.segment<3>(row), r.segment<3>(row));
-    } else {
+    else
       result[row] = r[row] / l[row];
-    }
   }
   return result;
 }
@@ -321,11 +316,10 @@ VectorXd InteriorPoint::multiplied(const VectorXd& u, const VectorXd& v) const {
   VectorXd result(u.size());
   for (const Cone& cone : cones_) {
     const int row = cone.row;
-    if (cone.round) {
+    if (cone.round)
       result.segment<3>(row) = product(u.segment<3>(row), v.segment<3>(row));
-    } else {
+    else
       result[row] = u[row] * v[row];
-    }
   }
   return result;
 }
@@ -343,11 +337,10 @@ double InteriorPoint::longest_step(const VectorXd& v, const VectorXd& d) const {
 void InteriorPoint::set_scalings() {
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
-    if (cones_[k].round) {
+    if (cones_[k].round)
       scalings_[k] = scaling(s_.segment<3>(row), z_.segment<3>(row));
-    } else {
+    else
       scalings_[k].w[0] = std::sqrt(s_[row] / z_[row]);
-    }
   }
   l_ = apply(z_, 1.0);
 }
@@ -357,9 +350,8 @@ void InteriorPoint::set_scalings() {
 Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   const ConeContact& c = program_.contacts[contact];
   Matrix3 rest = (c.held ? kHeldProximal : kProximal) * Matrix3::Identity();
-  if (const int k = row_of_[contact]; k >= 0) {
+  if (const int k = row_of_[contact]; k >= 0)
     rest(0, 0) += z_[cones_[index(k)].row] / s_[cones_[index(k)].row];
-  }
   const int round = round_of_[contact];
   if (round < 0) {
     Matrix3 result = Matrix3::Zero();
@@ -375,9 +367,8 @@ Matrix3 InteriorPoint::inverse(std::size_t contact) const {
     return u * inner.inverse() * u.transpose();
   }
   Matrix3 unscaled;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     unscaled.col(i) = scaled(scalings_[index(round)], Vector3::Unit(i), -1.0);
-  }
   const Matrix3 g = Vector3(c.friction, 1.0, 1.0).asDiagonal();
   rest += g * unscaled * unscaled * g;
   return rest.inverse();
@@ -389,9 +380,8 @@ bool InteriorPoint::factorize() {
   if (!matrix_.factorize(inverse_, kProximal)) return false;
   if (!with_factor()) return true;
   double diagonal = kProximal;
-  for (const Cone& cone : cones_) {
+  for (const Cone& cone : cones_)
     if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
-  }
   inverse_factor_ = 0.0;
   border_ = solve_balance(program_.live);
   inverse_factor_ = 1.0 / (diagonal + program_.live.dot(border_));
@@ -412,9 +402,8 @@ VectorXd InteriorPoint::forward(const VectorXd& q) const {
   }
   if (!with_factor()) return result;
   double diagonal = kProximal;
-  for (const Cone& cone : cones_) {
+  for (const Cone& cone : cones_)
     if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
-  }
   result[lambda()] = q[lambda()] / diagonal;
   return result;
 }

@@ -53,9 +53,8 @@ std::vector<Group> groups_of(const EquilibriumProblem& problem, std::vector<int>
     return b;
   };
   const auto moves = [&](int b) { return b >= 0 && problem.blocks[index(b)].moves; };
-  for (const EquilibriumContact& c : problem.contacts) {
+  for (const EquilibriumContact& c : problem.contacts)
     if (moves(c.a) && moves(c.b)) parent[index(root(c.b))] = root(c.a);
-  }
   std::vector<Group> groups;
   std::vector<int> group_of(count, -1);
   slot_of_block.assign(count, -1);
@@ -146,9 +145,7 @@ ConeContact GroupProblem::cone_contact(const EquilibriumContact& contact) const 
     size = std::min(size, block.size);
     result << sign * frame, sign * cross_matrix(arm) * frame;
     const bool shears = contact.held || contact.friction > 0.0 || contact.cohesion > 0.0;
-    if (!shears || contact.guided) {
-      result.rightCols<2>().setZero();
-    }
+    if (!shears || contact.guided) result.rightCols<2>().setZero();
     return result;
   };
   cone.map_a = map(contact.a, -1.0, cone.a);
@@ -174,9 +171,8 @@ void GroupProblem::fill(double factor, double range) {
   if (!(force_ > 0.0)) return;
   program_.load /= force_;
   program_.live /= force_;
-  for (const int i : group_.contacts) {
+  for (const int i : group_.contacts)
     program_.contacts.push_back(cone_contact(problem_.contacts[index(i)]));
-  }
 }
 
 /// `forces`: in contact frames, by force_.
@@ -341,9 +337,8 @@ Equilibrium empty_result(const EquilibriumProblem& problem) {
 
 /// A mechanism of any island is one of the whole, and one that is undecided leaves the whole so.
 EquilibriumVerdict together(EquilibriumVerdict one, EquilibriumVerdict other) {
-  if (one == EquilibriumVerdict::Mechanism || other == EquilibriumVerdict::Mechanism) {
+  if (one == EquilibriumVerdict::Mechanism || other == EquilibriumVerdict::Mechanism)
     return EquilibriumVerdict::Mechanism;
-  }
   return one == other ? one : EquilibriumVerdict::Undecided;
 }
 
@@ -411,9 +406,8 @@ struct BodyAtContact {
   double beyond(const Vector3& way) const {
     const FeatureRange vertices = vertices_of(model, part);
     double most = -kInfinite;
-    for (int v = vertices.first; v < vertices.end; ++v) {
+    for (int v = vertices.first; v < vertices.end; ++v)
       most = std::max(most, way.dot(turn * (model.shape->vertex(v) - place)));
-    }
     return most;
   }
 };
@@ -455,9 +449,8 @@ std::vector<BodyContact> with_inner_points(const ProblemScene& scene,
   const JointBlocks blocks = scene.blocks_of(first);
   const JointPolygon polygon = joint_polygon(blocks, first);
   if (!(polygon.area > 0.0)) return points;
-  for (const auto& inner : inner_points(blocks, polygon, corners, scene.touching(first))) {
+  for (const auto& inner : inner_points(blocks, polygon, corners, scene.touching(first)))
     points.push_back(make_body_contact({scene.compiled.scene, models, scene.poses}, inner));
-  }
   const auto shares = area_shares(blocks, polygon, cohesion_rule(polygon), points);
   for (std::size_t i = 0; i < points.size(); ++i) points[i].state.point.area = shares[i];
   return points;
@@ -508,9 +501,8 @@ std::vector<EquilibriumContact> core_contacts(const ProblemScene& scene,
 EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const State& state,
                                        std::span<const geometry::ContactPoint> found, double reach,
                                        StrengthPoints points) {
-  if (!compiled.ties.empty() || !compiled.scene.quiet_faces.empty()) {
+  if (!compiled.ties.empty() || !compiled.scene.quiet_faces.empty())
     throw InputError("a problem of equilibrium can't have ties or quiet faces");
-  }
   EquilibriumProblem problem{.origin = state.origin};
   ProblemScene scene{compiled, state, {}, reach, points};
   const std::vector<Vector6> loads = block_loads(compiled, state);
@@ -594,9 +586,8 @@ Equilibrium best_mechanism(const EquilibriumProblem& problem, const Combine& com
     combine(part, own);
     const int islands = best.islands + 1;
     if (own.verdict == EquilibriumVerdict::Mechanism &&
-        (best.verdict != own.verdict || own.factor < best.factor)) {
+        (best.verdict != own.verdict || own.factor < best.factor))
       best = std::move(own);
-    }
     best.islands = islands;
   }
   return best;
@@ -636,10 +627,8 @@ Equilibrium largest_load_factor(const EquilibriumProblem& problem, double larges
       own = empty_result(problem);
       island.solve(0.0, range, own);
       result.factorizations += own.factorizations;
-      if (own.verdict != EquilibriumVerdict::Admissible ||
-          island.factor() > kFewOfLargest * range) {
+      if (own.verdict != EquilibriumVerdict::Admissible || island.factor() > kFewOfLargest * range)
         break;
-      }
       range = std::max(4.0 * island.factor(), 1e-3 * range);
     }
     verdict = together(verdict, own.verdict);

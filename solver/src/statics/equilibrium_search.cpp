@@ -39,9 +39,8 @@ double elastic_motion(const CompiledScene& compiled, const State& state,
     const Vector6 strain = state.blocks[index(b)].strain - start[index(b)].strain;
     sum += strain.norm() * extent(compiled.models[index(b)]);
   }
-  for (const Contact& contact : state.contacts) {
+  for (const Contact& contact : state.contacts)
     if (contact.mode != ContactMode::Open) sum += std::abs(contact.point.gap);
-  }
   return sum;
 }
 
@@ -134,9 +133,8 @@ void judge(const CompiledScene& compiled, const StepOptions& options, double str
   if (!balanced && report.travel > kMechanism) report.verdict = StaticVerdict::Mechanism;
   search.unbalance = report.unbalance;
   if (balanced) return;
-  for (const double short_of : {4.0, 16.0}) {  // the stride goes with tau2
+  for (const double short_of : {4.0, 16.0})  // the stride goes with tau2
     if (short_of * stride < kStride) search.pseudo_step *= 2.0;
-  }
   search.pseudo_step = std::min(search.pseudo_step, search.longest);
 }
 

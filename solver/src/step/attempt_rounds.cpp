@@ -80,9 +80,8 @@ void take_means(Island& island) {
   const auto is_spring = [&](const Contact& c) {
     return island.attempt.positions[static_cast<std::size_t>(&c - ended.data())].compliant;
   };
-  for (Contact& contact : ended) {
+  for (Contact& contact : ended)
     if (!is_spring(contact)) set_force_on_b((1.0 - before) * force_on_b(contact), contact);
-  }
   for (const Contact& past : island.history) {
     Contact* now = heir(past, ended);
     if (now == nullptr || is_spring(*now)) continue;
@@ -98,10 +97,8 @@ void attempt_default(const StepRun& run, Island& island) {
   const auto solve = [&](bool strain_waits) {
     island.memory.strain_waits = strain_waits;
     attempt_positions(step, work.last, island.contacts, island.memory, blocks, attempt);
-    if (attempt.solved.converged && step.dynamic() &&
-        run.options.method != ContactMethod::Springs) {
+    if (attempt.solved.converged && step.dynamic() && run.options.method != ContactMethod::Springs)
       attempt_velocities(step, island.contacts, island.memory, blocks, attempt);
-    }
   };
   solve(true);
   if (attempt.squeezed) {
@@ -112,9 +109,8 @@ void attempt_default(const StepRun& run, Island& island) {
     total.closed = attempt.solved.closed;
     attempt.solved = total;
   }
-  for (std::size_t s = 0; s < attempt.hit.size(); ++s) {
+  for (std::size_t s = 0; s < attempt.hit.size(); ++s)
     work.last.hit[index(island.own()[s])] = attempt.hit[s];
-  }
 }
 
 /// One round: the island's own blocks alone are written to.
@@ -124,9 +120,8 @@ void attempt_once(const StepRun& run, Island& island) {
   (other ? attempt_by_other_method : attempt_default)(run, island);
   island.missing.reset();
   island.sound = is_sound(run, island);
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     if (!island.sound) run.work.end[index(block)] = run.work.now.blocks[index(block)];
-  }
   island.memory.clock.charge(&PhaseSeconds::update);
 }
 
@@ -164,18 +159,16 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   Workspace& work = run.work;
   std::vector<int>& moved = work.moved;
   moved = run.compiled.prescribed;
-  for (const Island* island : islands) {
+  for (const Island* island : islands)
     if (island->sound) moved.insert(moved.end(), island->own().begin(), island->own().end());
-  }
   if (moved.size() == run.compiled.prescribed.size()) return;  // none is sound
   const SearchedState searched{work.end, largest_opening(run),
                                sub_step(run, *islands.front()).end_time()};
   const Reach reach(run.compiled, run.options, searched, moved, work.known_reaches);
   if (reach.is_new()) work.searched = Searched::AllBlocks;
   const bool all = work.searched == Searched::AllBlocks;
-  for (Island* island : islands) {
+  for (Island* island : islands)
     if (island->found.refers_to(work.found_end)) island->found.exchange(work.found_end);
-  }
   if (all) work.found_end.reserve(work.found.size() + work.found.size() / 16);
   const geometry::FindCounts counts = find(run.compiled, searched, reach, moved, work.searched,
                                            work, all ? work.found_end : work.found_last);
@@ -187,9 +180,7 @@ void find_at_end(const StepRun& run, std::span<Island* const> islands) {
   const bool met = share_out(work, work.found_end, all ? Sharing::Referred : Sharing::Copied,
                              &Island::found_end);
   work.islands_met = met;
-  for (Island* island : islands) {
-    island->reach_end = largest_reach(reach, island->found_end);
-  }
+  for (Island* island : islands) island->reach_end = largest_reach(reach, island->found_end);
 }
 
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.
@@ -228,9 +219,8 @@ void begin(const StepRun& run, Island& island) {
   carry_over({run.compiled.scene, work.poses.start, run.compiled.models, island.reach, work.laid,
               run.options.analysis == Analysis::Dynamic},
              island.found, island.history, island.previous, island.contacts);
-  if (run.options.method == ContactMethod::AugmentedLagrangian) {
+  if (run.options.method == ContactMethod::AugmentedLagrangian)
     for (const auto& [block, change] : work.jumps) part_struck(block, change, island.contacts);
-  }
   island.memory.clock.charge(&PhaseSeconds::assemble);
 }
 

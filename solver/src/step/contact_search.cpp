@@ -60,9 +60,8 @@ Reach::Reach(const CompiledScene& compiled, const StepOptions& options, const Se
     for (const int block : moved) look_at(options, state, block);
   } else {
     known.of_block.assign(state.blocks.size(), 0.0);
-    for (std::size_t b = 0; b < state.blocks.size(); ++b) {
+    for (std::size_t b = 0; b < state.blocks.size(); ++b)
       look_at(options, state, static_cast<int>(b));
-    }
   }
 }
 
@@ -96,17 +95,15 @@ double Reach::of_block(int block) const {
 
 double Reach::largest() const {
   double largest = of_all();
-  for (std::size_t b = 0; b < known_.of_block.size(); ++b) {
+  for (std::size_t b = 0; b < known_.of_block.size(); ++b)
     largest = std::max(largest, of_block(static_cast<int>(b)));
-  }
   return largest;
 }
 
 double largest_reach(const Reach& reach, std::span<const geometry::ContactPoint> points) {
   double largest = 0.0;
-  for (const geometry::ContactPoint& point : points) {
+  for (const geometry::ContactPoint& point : points)
     largest = std::max(largest, reach.of_pair(point.key.a, point.key.b));
-  }
   return largest;
 }
 
@@ -122,9 +119,8 @@ namespace {
 void set_reaches(const CompiledScene& compiled, const Reach& reach, Workspace& work) {
   ++work.search_epoch;
   work.finder.set_reach(reach.of_all());
-  for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b) {
+  for (int b = 0; b < static_cast<int>(compiled.models.size()); ++b)
     work.finder.set_reach(work.handle(b), reach.of_block(b));
-  }
 }
 
 geometry::FindCounts contacts_of(std::span<const int> blocks, Workspace& work,

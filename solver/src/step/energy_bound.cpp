@@ -18,9 +18,8 @@ double allowed_share(const GroupEnergy& e, double allowed) {
   if (!(e.law - e.pushed > available)) return 1.0;
   const double bend = 2.0 * (e.positions + e.law - 2.0 * e.middle);
   const double slope = e.law - e.pushed - e.positions - bend;
-  if (!(e.positions < available)) {
+  if (!(e.positions < available))
     return bend > 0.0 ? std::clamp(-0.5 * slope / bend, 0.0, 1.0) : 0.0;
-  }
   const double left = available - e.positions;  // bend s2 + slope s = left
   const double root = std::sqrt(std::max(0.0, slope * slope + 4.0 * bend * left));
   return std::min(1.0, 2.0 * left / (slope + root));
@@ -104,9 +103,8 @@ void scale_down(const SubStep& step, const VelocityBalance& balance, std::span<B
   if (std::ranges::none_of(groups, has_more)) return;
   BlockVector common;
   set_common_motion(step, groups, balance.grounded, end, common);
-  for (std::size_t s = 0; s < groups.size(); ++s) {
+  for (std::size_t s = 0; s < groups.size(); ++s)
     if (balance.grounded[index(groups[s])]) common[s].setZero();
-  }
   set_group_energy(step, groups, common, end, least);
   for (std::size_t s = 0; s < groups.size(); ++s) {
     const std::size_t group = index(groups[s]);
@@ -133,9 +131,8 @@ void set_common_motion(const SubStep& step, std::span<const int> groups,
     of(s).moment += mass * block.centroid;
     of(s).linear += mass * block.velocity;
   }
-  for (std::size_t s = 0; s < groups.size(); ++s) {
+  for (std::size_t s = 0; s < groups.size(); ++s)
     add_turning(step.compiled.models[index(blocks[s])], end[index(blocks[s])], of(s));
-  }
   common.assign(groups.size(), Vector12::Zero());
   for (std::size_t s = 0; s < groups.size(); ++s) {
     common[s].head<3>() = of(s).velocity();

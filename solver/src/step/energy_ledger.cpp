@@ -45,13 +45,11 @@ void account_blocks(const SubStep& step, const StepPoses& poses, StepEnergy& ene
     const Vector12& d = poses.increment[index(blocks[s])];
     energy.work_on[s] = model.mass * gravity.dot(d.head<3>());
     energy.gravity_work += energy.work_on[s];
-    if (!step.dynamic()) {
+    if (!step.dynamic())
       energy.scheme_loss += static_loss(model, step.state[index(blocks[s])], d, step.length);
-    }
     if (model.unknowns != 12) continue;
-    if (step.dynamic() && !poses.deforms[index(blocks[s])]) {
+    if (step.dynamic() && !poses.deforms[index(blocks[s])])
       energy.impact_loss += vibration_energy(model, step.state[index(blocks[s])]);
-    }
     const Vector6 e = d.tail<6>();
     energy.scheme_loss += lag * model.volume * e.dot(model.elasticity * e);
   }
@@ -111,9 +109,8 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
   }
   share.work = contact_work(c, moved_by(poses, contact, c));
   share.work.scheme += contact.spring_loss;
-  if (c.compliant && c.law == ContactLaw::Frictionless && contact.was_closed) {
+  if (c.compliant && c.law == ContactLaw::Frictionless && contact.was_closed)
     share.work.heat += shear_energy(contact, poses);
-  }
   energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
   return share;
 }
@@ -186,17 +183,15 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   energy.clear(step.island.slots.size.size());
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
+  for (std::size_t i = 0; i < contacts.size(); ++i)
     add(account_contact(contacts[i], linear[i], poses, energy), energy);
-  }
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step, step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h],
                  poses, energy);
   }
   std::size_t next = contacts.size() + step.island.held.size();
-  for (std::size_t t = 0; t < ties.size(); ++t) {
+  for (std::size_t t = 0; t < ties.size(); ++t)
     account_tie(step, step.island.ties[t], ties[t], linear[next++], poses, energy);
-  }
   for (const int q : step.island.quiet) account_quiet(step, q, linear[next++], poses, energy);
 }
 
@@ -240,17 +235,15 @@ double stiffest_omega_dt(std::span<const LinearContact> linear, const SquareBloc
 
 double kinetic_energy(const SubStep& step, std::span<const BlockState> state) {
   double sum = 0.0;
-  for (const int block : step.island.slots.block_of_slot) {
+  for (const int block : step.island.slots.block_of_slot)
     sum += kinetic_energy(step.compiled.models[index(block)], state[index(block)]);
-  }
   return sum;
 }
 
 double strain_energy(const SubStep& step, std::span<const BlockState> state) {
   double sum = 0.0;
-  for (const int block : step.island.slots.block_of_slot) {
+  for (const int block : step.island.slots.block_of_slot)
     sum += strain_energy(step.compiled.models[index(block)], state[index(block)]);
-  }
   return sum;
 }
 

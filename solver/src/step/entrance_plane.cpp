@@ -36,9 +36,8 @@ double separation(const PosedBlock& owner, int face, const PosedBlock& other, in
   const geometry::Shape& shape = *owner.model.shape;
   const Vector3 here = owner.linear.transpose() * normal;
   double plane = -std::numeric_limits<double>::infinity();
-  for (const int v : shape.topology().face(face)) {
+  for (const int v : shape.topology().face(face))
     plane = std::max(plane, here.dot(shape.vertex(v)));
-  }
   const Vector3 there = other.linear.transpose() * normal;
   const auto [first, end] = vertices_of(other.model, part);
   const double nearest =
@@ -59,20 +58,17 @@ struct PosedPart {
 void append_planes(const PosedPart& owner, const PosedPart& other, double limit,
                    std::vector<FacePlane>& planes) {
   const auto [first, end] = faces_of(owner.posed.model, owner.part);
-  for (int f = first; f < end; ++f) {
-    if (separation(owner.posed, f, other.posed, other.part) >= -limit) {
+  for (int f = first; f < end; ++f)
+    if (separation(owner.posed, f, other.posed, other.part) >= -limit)
       planes.push_back({owner.block, other.block, other.part, f});
-    }
-  }
 }
 
 /// The plane that is least violated says how far apart the two are.
 template <typename PosedOf>
 double largest_separation(const std::vector<FacePlane>& planes, const PosedOf& block) {
   double largest = -std::numeric_limits<double>::infinity();
-  for (const FacePlane& p : planes) {
+  for (const FacePlane& p : planes)
     largest = std::max(largest, separation(block(p.block), p.face, block(p.other), p.other_part));
-  }
   return largest;
 }
 
@@ -115,12 +111,10 @@ constexpr std::size_t kPlanes = 32;  // more than two bricks have
 double least_gap(const CompiledScene& compiled, const BodyContact& contact,
                  std::span<const geometry::ContactPoint> points) {
   double gap = 0.0;
-  for (const geometry::ContactPoint& point : points_of_pair(points, contact.a, contact.b)) {
+  for (const geometry::ContactPoint& point : points_of_pair(points, contact.a, contact.b))
     if (part_of(compiled.models[index(contact.a)], point.key.feature_a) == contact.part_a &&
-        part_of(compiled.models[index(contact.b)], point.key.feature_b) == contact.part_b) {
+        part_of(compiled.models[index(contact.b)], point.key.feature_b) == contact.part_b)
       gap = std::min(gap, point.gap);
-    }
-  }
   return gap;
 }
 
@@ -146,9 +140,8 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
       aside.push_back({planes, {pair.begin(), pair.end()}});
       continue;
     }
-    for (std::size_t i = from; i < to; ++i, ++kept) {
+    for (std::size_t i = from; i < to; ++i, ++kept)
       if (kept != i) contacts[kept] = contacts[i];
-    }
   }
   contacts.resize(kept);
 }

@@ -23,15 +23,13 @@ void form(const StepRun& run) {
     const std::vector<int>& own = blocks.slots.block_of_slot;
     const int before = work.island_of_block[index(own.front())];
     std::unique_ptr<Island>* same = before < 0 ? nullptr : &work.islands[index(before)];
-    if (same != nullptr && *same != nullptr && (*same)->own() == own) {
+    if (same != nullptr && *same != nullptr && (*same)->own() == own)
       islands.push_back(std::move(*same));
-    } else {
+    else
       islands.push_back(std::make_unique<Island>(std::move(blocks), &work.watch));
-    }
     const std::vector<int>& slots = islands.back()->own();
-    for (std::size_t s = 0; s < slots.size(); ++s) {
+    for (std::size_t s = 0; s < slots.size(); ++s)
       work.slot_of_block[index(slots[s])] = static_cast<int>(s);
-    }
   }
   work.islands = std::move(islands);
   std::swap(work.island_of_block, work.next_island_of_block);
@@ -79,9 +77,8 @@ bool is_joined(const StepRun& run, const Island& island) {
     const int b = tie.b < 0 ? -1 : slot_of_block[index(tie.b)];
     if (a >= 0 && b >= 0) slots.join(a, b);
   }
-  for (std::size_t s = 0; s < island.own().size(); ++s) {
+  for (std::size_t s = 0; s < island.own().size(); ++s)
     if (slots.least(static_cast<int>(s)) != 0) return false;
-  }
   return true;
 }
 
@@ -146,9 +143,8 @@ void wake_islands(const StepRun& run) {
 
 void list_awake(const Workspace& work, Islands& islands) {
   islands.clear();
-  for (const auto& island : work.islands) {
+  for (const auto& island : work.islands)
     if (!island->at_rest) islands.push_back(island.get());
-  }
 }
 
 namespace {
@@ -221,16 +217,14 @@ void take_contacts(const StepRun& run, std::vector<Contact>& contacts) {
     return island->history.size() == island->contacts_before &&
            renew(std::span<const Contact>(island->history), contacts);
   };
-  if (work.islands.size() == 1 && work.awake.size() == 1) {
+  if (work.islands.size() == 1 && work.awake.size() == 1)
     return exchange_contacts(*work.awake.front(), contacts);
-  }
   if (std::ranges::all_of(work.awake, stay)) return;
   if (work.awake.size() == 1) return replace_awake(run, work.awake.front()->history, contacts);
   std::vector<Contact>& taken = work.taken;
   taken.clear();
-  for (const Island* island : work.awake) {
+  for (const Island* island : work.awake)
     taken.insert(taken.end(), island->history.begin(), island->history.end());
-  }
   const auto key = [](const Contact& contact) { return contact.point.key; };
   if (!std::ranges::is_sorted(taken, {}, key)) std::ranges::sort(taken, {}, key);
   replace_awake(run, taken, contacts);

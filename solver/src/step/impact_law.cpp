@@ -183,9 +183,8 @@ void set_held_point(const ImpactStep& at, const HeldPoint& held, LinearContact& 
   c.jacobian_b.set(motion(at.poses.end[b], held.arm, deforms), deforms);
   const double time = at.step.end_time(), eps = 0.5 * at.step.length;
   c.offset.setZero();
-  if (!held.displacement.is_constant()) {
+  if (!held.displacement.is_constant())
     c.offset = -(held.displacement.at(time + eps) - held.displacement.at(time - eps));
-  }
   c.start = c.offset;
   c.multiplier = 2.0 * c.force;
   set_augmentation(at.terms.compliance, c);
@@ -288,12 +287,8 @@ double follow_openings(VelocityProblem& problem) {
 /// What the positions' forces have done is part of the velocities.
 void take_off_forces(VelocityProblem& problem) {
   for (const LinearContact& c : problem.contacts) {
-    if (c.slot_a >= 0) {
-      problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
-    }
-    if (c.slot_b >= 0) {
-      problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
-    }
+    if (c.slot_a >= 0) problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
+    if (c.slot_b >= 0) problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
   }
 }
 
@@ -348,9 +343,8 @@ void record_impulses(const ImpactStep& at, std::span<const BodyContact> contacts
       c = &problem.contacts[next];
       force = changed(next++);
     }
-    if (pushed_before(contact)) {
+    if (pushed_before(contact))
       force += attempt.first_impact * force_in_frame(contact.state, contact, ended.point.normal);
-    }
     if (c == nullptr && force.isZero(0.0)) continue;
     const int slot_a = at.step.slot_of_block[index(contact.a)];
     const int slot = slot_a >= 0 ? slot_a : at.step.slot_of_block[index(contact.b)];
@@ -379,9 +373,8 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
   ImpactMemory& impact = memory.impact;
   VelocityProblem& problem = impact.problem;
   const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
-  if (std::ranges::any_of(attempt.linear, closed)) {
+  if (std::ranges::any_of(attempt.linear, closed))
     set_free_velocity_gain(step, memory.terms, blocks.poses, impact.free_gain);
-  }
   const ImpactStep at{step,       memory.terms,     blocks.poses,
                       blocks.end, impact.free_gain, step.bounce_speed()};
   set_blocks(at, contacts, attempt, problem);
@@ -409,9 +402,8 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
         memory.solver.solve(step.options, {memory.terms.base, problem.force}, problem.contacts,
                             tuning, impact.solution);
     memory.clock.charge(&PhaseSeconds::solve);
-    for (std::size_t s = 0; s < own.size(); ++s) {
+    for (std::size_t s = 0; s < own.size(); ++s)
       set_velocity(impact.solution[s] / step.length, blocks.end[index(own[s])]);
-    }
     add(solved, total);
     if (!solved.converged) note_changes(problem.contacts, attempt);
     set_pushed_work(step, problem, impact.pushed);

@@ -48,9 +48,8 @@ std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
   std::vector<IslandBlocks> islands;
   for (const int block : compiled.slots.block_of_slot) {
     const std::size_t i = index(island_of_block[index(block)]);
-    if (i >= islands.size()) {
+    if (i >= islands.size())
       islands.resize(i + 1, {.smallest_size = std::numeric_limits<double>::infinity()});
-    }
     append_block(compiled, block, islands[i]);
   }
   for (std::size_t l = 0; l < compiled.loads.size(); ++l) {

@@ -190,19 +190,17 @@ FreeFlight free_flight(const SubStep& step, const BlockTerms& terms, const StepP
   const auto deforms = [&](int block) { return step.compiled.models[index(block)].unknowns == 12; };
   flight.deforms = deforms(contact.a) || deforms(contact.b);
   const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
-    if (slot >= 0) {
+    if (slot >= 0)
       flight.end += jacobian * terms.free_increment[index(slot)];
-    } else {  // its motion is in the offset
+    else  // its motion is in the offset
       flight.start -= jacobian * poses.increment[index(block)];
-    }
     flight.approach += step.length * jacobian.normal(velocity_vector(step.state[index(block)]));
   };
   add(c.slot_a, contact.a, c.jacobian_a);
   add(c.slot_b, contact.b, c.jacobian_b);
   const double missed = std::max(step.gap_tolerance(), common_turn(step, contact));
-  if (std::abs(flight.start[0]) <= missed) {
+  if (std::abs(flight.start[0]) <= missed)
     flight.approach = step.length * approach_speed(step, poses, contact);
-  }
   return flight;
 }
 
@@ -359,9 +357,8 @@ void set_laws(const SubStep& step, std::span<BodyContact> contacts,
     c.slot_b = step.slot_of_block[index(held.block)];
     c.law = ContactLaw::Bilateral;
   }
-  for (std::size_t t = 0; t < island.ties.size(); ++t) {
+  for (std::size_t t = 0; t < island.ties.size(); ++t)
     set_tie_law(step, island.ties[t], linear[first_tie + t]);
-  }
   for (std::size_t q = 0; q < island.quiet.size(); ++q) {
     LinearContact& c = linear[first_quiet + q];
     c.slot_b = step.slot_of_block[index(step.compiled.quiet[index(island.quiet[q])].block)];
@@ -375,9 +372,8 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
   const auto may_close = [](const BodyContact& contact) { return !contact.was_closed; };
   if (!std::ranges::any_of(contacts, may_close)) return;  // nobody asks
   terms.free_increment = terms.force;
-  for (const BodyContact& contact : contacts) {
+  for (const BodyContact& contact : contacts)
     add_last_force(step, poses, contact, terms.free_increment);
-  }
   for (std::size_t s = 0; s < terms.force.size(); ++s) {
     Vector12& increment = terms.free_increment[s];
     const int n = terms.compliance.width();

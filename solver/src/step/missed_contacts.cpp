@@ -126,11 +126,10 @@ bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double to
     island.missing = point;
     any = true;
     const BodyContact missed = missed_contact(compiled, poses, island.found_end, point);
-    if (i == kUnknown) {
+    if (i == kUnknown)
       island.contacts.push_back(missed);
-    } else {
+    else
       island.contacts[i] = turned(island.contacts[i], missed);
-    }
   }
   return any;
 }

@@ -38,9 +38,8 @@ void place_idle(const CompiledScene& compiled, std::span<const BlockState> state
 }
 
 void set_start(const SubStep& step, StepPoses& poses) {
-  for (const int block : step.island.slots.block_of_slot) {
+  for (const int block : step.island.slots.block_of_slot)
     poses.start[index(block)] = pose(step.state[index(block)]);
-  }
 }
 
 BlockState start_state(const SubStep& step, const StepPoses& poses, std::size_t block) {
@@ -70,9 +69,7 @@ void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
     increment = step.length * velocity;
     const std::size_t slot = index(step.compiled.slots.slot_of_block[b]);
     const bool steady = std::abs(last.length[slot] - step.length) < kSameLength * step.length;
-    if (steady && !last.hit[b]) {
-      increment += 0.5 * step.length * (velocity - last.velocity[slot]);
-    }
+    if (steady && !last.hit[b]) increment += 0.5 * step.length * (velocity - last.velocity[slot]);
     if (unknowns == 6) increment.tail<6>().setZero();
   }
 }

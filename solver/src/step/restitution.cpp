@@ -30,9 +30,8 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
                         const SquareBlocks& compliance, std::span<const BlockState> end) {
   const std::size_t slots = problem.force.size();
   joined_.part(slots);
-  for (const LinearContact& c : problem.contacts) {
+  for (const LinearContact& c : problem.contacts)
     if (c.slot_a >= 0 && c.slot_b >= 0) joined_.join(c.slot_a, c.slot_b);
-  }
   for (const auto& [a, b] : problem.pushed_before) joined_.join(a, b);
   groups_.resize(slots);
   for (std::size_t s = 0; s < slots; ++s) groups_[s] = joined_.least(static_cast<int>(s));

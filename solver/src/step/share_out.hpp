@@ -10,9 +10,8 @@ namespace quoin::solver {
 /// Those that share_out() gives to, in work.owners.
 inline void list_owners(std::span<Island* const> islands, Workspace& work) {
   work.owners.assign(work.islands.size(), nullptr);
-  for (Island* island : islands) {
+  for (Island* island : islands)
     work.owners[index(work.island_of_block[index(island->own().front())])] = island;
-  }
 }
 
 /// What an island gets where it is the scene's only one and all of a list is its own.
@@ -35,9 +34,8 @@ bool share_out(const Workspace& work, const std::vector<Item>& scene, Sharing sh
     if (work.owners.front() != nullptr) (work.owners.front()->*list).refer_to(scene);
     return false;
   }
-  for (Island* owner : work.owners) {
+  for (Island* owner : work.owners)
     if (owner != nullptr) (owner->*list).clear();
-  }
   for (const Item& item : scene) {
     const int i = island(item);
     Island* owner = i < 0 ? nullptr : work.owners[index(i)];

@@ -39,15 +39,13 @@ constexpr double kUnsolved = 10.0;
 
 void by_slot(const Slots& slots, const BlockVector& blocks, BlockVector& by_slot) {
   by_slot.resize(slots.block_of_slot.size());
-  for (std::size_t s = 0; s < by_slot.size(); ++s) {
+  for (std::size_t s = 0; s < by_slot.size(); ++s)
     by_slot[s] = blocks[index(slots.block_of_slot[s])];
-  }
 }
 
 void by_block(const Slots& slots, const BlockVector& by_slot, BlockVector& blocks) {
-  for (std::size_t s = 0; s < by_slot.size(); ++s) {
+  for (std::size_t s = 0; s < by_slot.size(); ++s)
     blocks[index(slots.block_of_slot[s])] = by_slot[s];
-  }
 }
 
 /// The first linearisation of an attempt: hit blocks move rigidly from here on, if they are to.
@@ -125,9 +123,8 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyCo
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
   const double overlap = kUnforeseen * crowd_tolerance(step.options.tolerance) * size;
-  if (unforeseen_overlap(poses, contacts, linear) <= overlap) {
+  if (unforeseen_overlap(poses, contacts, linear) <= overlap)
     return pass.number >= kQuickLinearisations;
-  }
   const bool falls = change <= kFalls * pass.before;
   return pass.number >= (falls ? kLinearisations - 1 : kMostLinearisations);
 }
@@ -136,9 +133,8 @@ bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyCo
 void set_coasting(const SubStep& step, const StepPoses& poses, BlockVector& coasting) {
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   coasting.resize(blocks.size());
-  for (std::size_t s = 0; s < blocks.size(); ++s) {
+  for (std::size_t s = 0; s < blocks.size(); ++s)
     coasting[s] = step.length * velocity_vector(start_state(step, poses, index(blocks[s])));
-  }
 }
 
 OpenCloseOptions tuning_of(const SubStep& step, std::span<const BodyContact> contacts) {
@@ -365,9 +361,8 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                        BlocksAtEnd& blocks, Attempt& attempt) {
   StepPoses& poses = blocks.poses;
   int crowd = 0;
-  for (const int block : step.island.slots.block_of_slot) {
+  for (const int block : step.island.slots.block_of_slot)
     crowd = std::max(crowd, static_cast<int>(last.crowded[index(block)]));
-  }
   memory.solver.start(crowd);
   memory.ties.clear();
   for (const int t : step.island.ties) memory.ties.push_back(step.ties[index(t)]);
@@ -376,9 +371,8 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   OpenCloseResult total = solve_and_judge(step, contacts, memory, poses, attempt.linear);
   if (memory.solver.yielding() &&
       !holds_points(step,
-                    std::span(attempt.linear).subspan(contacts.size(), step.island.held.size()))) {
+                    std::span(attempt.linear).subspan(contacts.size(), step.island.held.size())))
     total.converged = false;
-  }
   attempt.shift =
       holds_strain(step, memory, poses)
           ? shift_of_supports(step, contacts, attempt.linear, memory.expected_hit, poses)
@@ -387,14 +381,12 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
                          ? memory.solver.yielding() && is_squeezed(attempt.shift, attempt.linear)
                          : attempt.shift > 0.0;
   if (total.converged && !attempt.squeezed && memory.solver.yielding() &&
-      makes_way(step, contacts, attempt.linear, poses)) {
+      makes_way(step, contacts, attempt.linear, poses))
     total.converged = false;
-  }
   if (!total.converged && !attempt.squeezed && may_fail(contacts)) {
     add(break_weakest(step, last, contacts, memory, poses, attempt.linear), total);
-    if (std::exchange(total.converged, false)) {
+    if (std::exchange(total.converged, false))
       add(solve_and_judge(step, contacts, memory, poses, attempt.linear), total);
-    }
   }
   memory.clock.charge(&PhaseSeconds::assemble);
   attempt.solved = total;
@@ -415,13 +407,11 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   attempt.unbalance = unbalance(step, poses, attempt.linear);
   attempt.stiffest_omega_dt = stiffest_omega_dt(attempt.linear, memory.terms.compliance);
   attempt.displacement = largest_displacement(step, poses);
-  for (const int block : step.island.slots.block_of_slot) {
+  for (const int block : step.island.slots.block_of_slot)
     blocks.end[index(block)] = end_state(step, poses, index(block));
-  }
   attempt.held_forces.clear();
-  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+  for (std::size_t h = 0; h < step.island.held.size(); ++h)
     attempt.held_forces.push_back(attempt.linear[contacts.size() + h].force);
-  }
   attempt.first_impact = first_impact(step, std::span(attempt.linear).first(contacts.size()));
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
   attempt.rounding = gap_rounding(attempt.linear);

@@ -115,9 +115,8 @@ int halvings(const StepRun& run, const Island& island) {
     return way > kFarthest * size && contact.state.point.gap < way;
   });
   double most = 0.0;
-  if (!is_paper_method(run.options.method)) {
+  if (!is_paper_method(run.options.method))
     for (const int block : island.own()) most = std::max(most, free_turn(run, island, block));
-  }
   const int turns = most > kLargestTurn ? std::ilogb(3.0 * most / kLargestTurn) + 1 : 0;
   return std::max(turns, jumps ? 1 : 0);
 }
@@ -146,9 +145,8 @@ bool keeps_modes(const Island& island) {
 double stored_energy(const CompiledScene& compiled, const Island& island,
                      std::span<const double> stored) {
   double sum = 0.0;
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     sum += stored[index(compiled.slots.slot_of_block[index(block)])];
-  }
   return sum;
 }
 
@@ -157,12 +155,10 @@ void set_forces(const Island& island, State& state) {
     Vector3& force = state.held_forces[index(island.blocks.held[h])];
     force = island.mean(force, island.attempt.held_forces[h]);
   }
-  for (std::size_t t = 0; t < island.attempt.ties.size(); ++t) {
+  for (std::size_t t = 0; t < island.attempt.ties.size(); ++t)
     state.ties[index(island.blocks.ties[t])] = island.attempt.ties[t];
-  }
-  for (std::size_t q = 0; q < island.attempt.quiet_forces.size(); ++q) {
+  for (std::size_t q = 0; q < island.attempt.quiet_forces.size(); ++q)
     state.quiet_forces[index(island.blocks.quiet[q])] = island.attempt.quiet_forces[q];
-  }
 }
 
 /// What the blocks of the island gain in its next sub-step, where they stand before it.
@@ -280,9 +276,8 @@ void accept(const StepRun& run, Island& island, double growth) {
 
 /// Where the island stands, for another attempt.
 void reject(const StepRun& run, Island& island, double length) {
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     run.work.end[index(block)] = run.work.now.blocks[index(block)];
-  }
   island.length = length;
 }
 
@@ -339,9 +334,8 @@ double before_jump(const StepRun& run) {
   constexpr double kAtEnd = 1e-6;  // of the step: see velocity_inside()
   const double step = run.options.time_step, from = run.state.time, end = from + step;
   double first = end;
-  for (const int block : run.compiled.prescribed) {
+  for (const int block : run.compiled.prescribed)
     first = next_jump(run.compiled.scene.blocks[index(block)].motion, from, first);
-  }
   if (std::min(first - from, end - first) < kAtEnd * step) return step;
   double part = first - from;
   while (from + part < first) part = std::nextafter(part, step);
@@ -556,11 +550,10 @@ Island* take_islands(const StepRun& run) {
     Island* failed = take(run, islands);
     list_awake(run.work, islands);
     if (failed != nullptr && islands.size() == 1) return failed;
-    if (failed != nullptr) {
+    if (failed != nullptr)
       form_whole_scene(run);
-    } else if (!join_islands_that_met(run)) {
+    else if (!join_islands_that_met(run))
       return nullptr;
-    }
     list_awake(run.work, islands);
     std::erase_if(islands, [](const Island* island) { return island->begun; });
   }
@@ -572,9 +565,8 @@ Island* take_islands(const StepRun& run) {
 void note_changed(const StepRun& run) {
   Workspace& work = run.work;
   work.changed = run.compiled.prescribed;
-  for (const Island* island : work.awake) {
+  for (const Island* island : work.awake)
     work.changed.insert(work.changed.end(), island->own().begin(), island->own().end());
-  }
   if (!work.all_changed) return;
   for (std::size_t b = 0; b < work.laid.size(); ++b) {
     const bool stands = run.compiled.idle[b] != 0 && work.laid[b] != kMet;
@@ -617,9 +609,8 @@ struct MotionDiverged {};
 /// Asked for the very time that is committed, which differs from that of the last sub-step by
 /// rounding, and where no block is awake.
 void check_motions(const StepRun& run, double reached) {
-  for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p) {
+  for (std::size_t p = 0; p < run.compiled.prescribed.size(); ++p)
     if (!is_sound(prescribed_at(run, p, motion_at(run, p, reached)))) throw MotionDiverged();
-  }
 }
 
 void take_step(const StepRun& run, State& state, State& best) {

@@ -17,9 +17,8 @@ constexpr double kDampingOfScheme = 0.25;
 /// What weighs on an island: weights and loads, N. `gravity`: m/s2.
 double weight_of(const CompiledScene& compiled, const Island& island, double gravity, double time) {
   double sum = 0.0;
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     sum += gravity * compiled.models[static_cast<std::size_t>(block)].mass;
-  }
   for (const int l : island.blocks.loads) {
     const PointForce& load = compiled.loads[index(l)];
     sum += load.at(pose(compiled.models[index(load.block)].start), time).norm();
@@ -33,9 +32,8 @@ double rounding_of_strain(const CompiledScene& compiled, const Workspace& work,
                           const Island& island) {
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   double sum = 0.0;
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     sum += strain_energy(compiled.models[index(block)], work.now.blocks[index(block)]);
-  }
   return kRounding * sum;
 }
 
@@ -43,9 +41,8 @@ double rounding_of_strain(const CompiledScene& compiled, const Workspace& work,
 void note_growth(const Workspace& work, const Island& island, double noise,
                  StepEvidence& evidence) {
   double scale = 0.0;
-  for (const int block : island.own()) {
+  for (const int block : island.own())
     scale += work.energy_scale[static_cast<std::size_t>(block)].value();
-  }
   const double growth = island.count.energy_growth;
   if (!(growth > noise && growth * evidence.energy_scale > evidence.energy_growth * scale)) return;
   evidence.energy_growth = growth;
@@ -134,11 +131,10 @@ FightingContacts fighting(const StepRun& run, const Island& island) {
     if (!(change > 0.0)) continue;
     const Vector3 place = run.state.origin + contact.state.point.point();
     const FightingContact now{contact.a, contact.b, place, change};
-    if (all.empty() || all.back().block != now.block || all.back().other != now.other) {
+    if (all.empty() || all.back().block != now.block || all.back().other != now.other)
       all.push_back(now);
-    } else if (now.change > all.back().change) {
+    else if (now.change > all.back().change)
       all.back() = now;
-    }
   }
   std::ranges::stable_sort(all, std::greater{}, &FightingContact::change);
   FightingContacts worst;
@@ -160,9 +156,8 @@ void report_end(const CompiledScene& compiled, const StepOptions& options, const
   report.largest_overlap = std::max(report.largest_overlap, all.overlap);
   report.largest_strain = std::max(report.largest_strain, all.strain);
   report.largest_speed = std::max(report.largest_speed, all.speed);
-  if (options.scheme == TimeScheme::ConstantAcceleration) {
+  if (options.scheme == TimeScheme::ConstantAcceleration)
     report.numerical_damping = kDampingOfScheme * report.stiffest_omega_dt;
-  }
   append_flags(compiled, options, state.time, work, all, report);
 }
 

@@ -62,9 +62,8 @@ struct LoadedJoints {
       before.push_back(c.force - kFixedUpdates * growth.back());
     }
     const auto loads_after = [&](double updates) {
-      for (std::size_t i = 0; i < linear.size(); ++i) {
+      for (std::size_t i = 0; i < linear.size(); ++i)
         linear[i].force = before[i] + updates * growth[i];
-      }
       return loads(linear);
     };
     double updates = 1.0;

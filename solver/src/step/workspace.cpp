@@ -24,9 +24,8 @@ geometry::BodyOptions body_options(const CompiledScene& compiled, int block) {
 double vertex_rounding(const CompiledScene& compiled) {
   constexpr double kMost = 1e-3;  // of the smallest block, as of what a scene states
   double of_blocks = 0.0;
-  for (const BlockModel& model : compiled.models) {
+  for (const BlockModel& model : compiled.models)
     of_blocks = std::max(of_blocks, 2.0 * model.coordinate_rounding);
-  }
   return std::max(std::min(of_blocks, kMost * compiled.smallest_size),
                   compiled.scene.coordinate_rounding);
 }
@@ -63,9 +62,8 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
     const geometry::Placement at = placement(model, pose(model.start));
     const geometry::BodyOptions use = body_options(compiled, static_cast<int>(b));
     std::vector<geometry::CompoundPart> parts;
-    if (model.parts) {
+    if (model.parts)
       for (const ReferencePart& part : *model.parts) parts.push_back({part.shape});
-    }
     const int handle =
         model.parts ? finder.add_compound(parts, at, use) : finder.add(model.shape, at, use);
     if (!compiled.has_parts) continue;

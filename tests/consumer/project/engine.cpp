@@ -79,9 +79,8 @@ int main() {
       contact.wanted = -std::max(p.gap, 0.2 * p.gap) / kStep;
       contacts.push_back(contact);
     }
-    for (int sweep = 0; sweep < 40; ++sweep) {
+    for (int sweep = 0; sweep < 40; ++sweep)
       for (Contact& contact : contacts) contact.solve();
-    }
     for (auto& [handle, table] : tables) {
       const geometry::Motion motion{table.velocity * kStep, table.spin * kStep,
                                     table.place.translation};

@@ -11,9 +11,8 @@ using geometry::InputError;
 template <class Numbers>
 std::string text(const Numbers& lengths) {
   std::string shape = "(";
-  for (const py::ssize_t length : lengths) {
+  for (const py::ssize_t length : lengths)
     shape += (shape.size() > 1 ? ", " : "") + (length == kAny ? "n" : std::to_string(length));
-  }
   return shape + (lengths.size() == 1 ? ",)" : ")");
 }
 
@@ -31,12 +30,10 @@ void require_shape(const py::array& array, const char* name,
                    const std::vector<py::ssize_t>& expected) {
   const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
   bool same = shape.size() == expected.size();
-  for (std::size_t i = 0; same && i < shape.size(); ++i) {
+  for (std::size_t i = 0; same && i < shape.size(); ++i)
     same = expected[i] == kAny || shape[i] == expected[i];
-  }
-  if (!same) {
+  if (!same)
     throw InputError(std::string(name) + ": shape " + text(shape) + ", expected " + text(expected));
-  }
 }
 
 /// Rows 0 to 2 of 4×4 or 3×4 numbers.
@@ -52,14 +49,12 @@ void require_last_row(const double* m, const std::string& name) {
 }
 
 geometry::Placement require_placement(const geometry::Placement& placement) {
-  if (!placement.linear.allFinite() || !placement.translation.allFinite()) {
+  if (!placement.linear.allFinite() || !placement.translation.allFinite())
     throw InputError("placement: a number is not finite");
-  }
   const double largest =
       std::max(placement.linear.cwiseAbs().maxCoeff(), placement.translation.cwiseAbs().maxCoeff());
-  if (largest > geometry::kLargestCoordinate) {
+  if (largest > geometry::kLargestCoordinate)
     throw InputError("placement: a number is " + std::to_string(largest) + ", at most 1e30");
-  }
   const double determinant = placement.linear.determinant();
   if (!(determinant > 0.0)) {
     throw InputError("placement: its determinant is " + std::to_string(determinant) +
@@ -94,9 +89,8 @@ py::array_t<std::int64_t> integers(py::handle value, const char* name,
   py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> result(array);
   for (py::ssize_t i = 0; i < result.size(); ++i) {
     const std::int64_t number = result.data()[i];
-    if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
+    if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max())
       throw InputError(std::string(name) + ": " + std::to_string(number) + " is out of range");
-    }
   }
   return result;
 }

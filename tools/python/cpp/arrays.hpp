@@ -47,9 +47,8 @@ py::array_t<double> view(const std::vector<py::ssize_t>& shape, const double* da
 class Use {
  public:
   Use(std::atomic_flag& busy, const char* what) : busy_(busy) {
-    if (busy.test_and_set()) {
+    if (busy.test_and_set())
       throw std::runtime_error(std::string(what) + ": another call of it has not returned");
-    }
   }
   ~Use() { busy_.clear(); }
   Use(const Use&) = delete;

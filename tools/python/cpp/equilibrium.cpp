@@ -39,9 +39,8 @@ Answer solve(const py::object& scene, const py::object& live, std::optional<doub
     }
     for (std::size_t b = 0; b < loads.size(); ++b) answer.problem.blocks[b].live = loads[b];
   }
-  if (!std::isfinite(factor.value_or(0.0)) || !std::isfinite(largest)) {
+  if (!std::isfinite(factor.value_or(0.0)) || !std::isfinite(largest))
     throw geometry::InputError("factor, largest: it is not finite");
-  }
   answer.found = varied && !factor ? solver::largest_load_factor(answer.problem, largest)
                                    : solver::find_equilibrium(answer.problem, factor.value_or(0.0));
   return answer;
@@ -64,9 +63,8 @@ py::array_t<double> velocities(const Answer& answer) {
   py::array_t<double> result(
       std::vector<py::ssize_t>{static_cast<py::ssize_t>(answer.found.velocities.size()), 6});
   double* number = result.mutable_data();
-  for (const solver::Vector6& velocity : answer.found.velocities) {
+  for (const solver::Vector6& velocity : answer.found.velocities)
     number = std::copy_n(velocity.data(), 6, number);
-  }
   return result;
 }
 

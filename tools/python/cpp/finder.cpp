@@ -64,11 +64,10 @@ class Finder {
                            std::uint32_t collides_with, bool moving) {
     const std::vector<geometry::Placement> places = placements(at);
     std::vector<ShapePointer> given;
-    if (py::isinstance<geometry::Shape>(shapes)) {
+    if (py::isinstance<geometry::Shape>(shapes))
       given.assign(places.size(), shapes.cast<ShapePointer>());
-    } else {
+    else
       for (const py::handle shape : shapes) given.push_back(shape.cast<ShapePointer>());
-    }
     require_equal(given.size(), places.size(), "shapes");
     py::array_t<int> handles(static_cast<py::ssize_t>(places.size()));
     const Use use(busy_, kName);
@@ -170,9 +169,8 @@ class Finder {
       finder_.set_filter({});
       return;
     }
-    if (!py::isinstance<py::function>(asked) && PyCallable_Check(asked.ptr()) == 0) {
+    if (!py::isinstance<py::function>(asked) && PyCallable_Check(asked.ptr()) == 0)
       throw py::type_error("filter: it is not callable");
-    }
     filter_ = std::make_shared<Filter>(py::reinterpret_borrow<py::function>(asked));
     finder_.set_filter([filter = filter_](int a, int b) { return (*filter)(a, b); });
   }

@@ -21,17 +21,15 @@ using geometry::PairContact;
 class Bodies {
  public:
   Bodies(const py::object& shapes, const py::object& at, const py::object& shape_of_body) {
-    if (py::isinstance<geometry::Shape>(shapes)) {
+    if (py::isinstance<geometry::Shape>(shapes))
       shapes_.push_back(shapes.cast<ShapePointer>());
-    } else {
+    else
       for (const py::handle shape : shapes) shapes_.push_back(shape.cast<ShapePointer>());
-    }
     const std::vector<geometry::Placement> places = placements(at);
     const std::vector<int> which = shape_indices(shape_of_body, places.size());
     bodies_.reserve(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
+    for (std::size_t i = 0; i < places.size(); ++i)
       bodies_.emplace_back(*shapes_[static_cast<std::size_t>(which[i])], places[i]);
-    }
   }
 
   void move(const py::object& at, const py::object& indices_or_none) {
@@ -44,9 +42,8 @@ class Bodies {
     }
     require_below(which, bodies_.size(), "indices", "bodies");
     const Use use(busy, "Bodies");
-    for (std::size_t i = 0; i < which.size(); ++i) {
+    for (std::size_t i = 0; i < which.size(); ++i)
       bodies_[static_cast<std::size_t>(which[i])].move(places[i]);
-    }
   }
 
   std::span<const geometry::Body> all() const { return bodies_; }
@@ -81,17 +78,15 @@ class Bodies {
   }
   /// One shape for all, one for each, or the shape of each by its index.
   std::vector<int> shape_indices(const py::object& given, std::size_t count) const {
-    for (const ShapePointer& shape : shapes_) {
+    for (const ShapePointer& shape : shapes_)
       if (!shape) throw geometry::InputError("shapes: None is no shape");
-    }
     std::vector<int> which;
-    if (!given.is_none()) {
+    if (!given.is_none())
       which = indices(given, "shape_of_body");
-    } else if (shapes_.size() == 1) {
+    else if (shapes_.size() == 1)
       which.assign(count, 0);
-    } else {
+    else
       which = every(shapes_.size());
-    }
     if (which.size() != count) {
       throw geometry::InputError("placements: " + std::to_string(count) + " for " +
                                  std::to_string(which.size()) + " shapes");

@@ -26,17 +26,15 @@ py::array_t<int> int_array(std::span<const int> values) {
 
 py::list faces(const Shape& shape) {
   py::list result;
-  for (int f = 0; f < shape.topology().face_count(); ++f) {
+  for (int f = 0; f < shape.topology().face_count(); ++f)
     result.append(int_array(shape.topology().face(f)));
-  }
   return result;
 }
 
 py::array_t<int> edges(const Shape& shape) {
   py::array_t<int> result(std::vector<py::ssize_t>{shape.topology().edge_count(), 2});
-  for (int e = 0; e < shape.topology().edge_count(); ++e) {
+  for (int e = 0; e < shape.topology().edge_count(); ++e)
     std::copy_n(shape.topology().edge(e).data(), 2, result.mutable_data(e));
-  }
   return result;
 }
 
@@ -79,23 +77,20 @@ py::object ray(const HeldBody& held, const py::object& origin, const py::object&
   py::array_t<HitRow> result(origins.cols());
   HitRow* rows = result.mutable_data();
   py::gil_scoped_release released;
-  for (Eigen::Index i = 0; i < origins.cols(); ++i) {
+  for (Eigen::Index i = 0; i < origins.cols(); ++i)
     rows[i] = row(first_hit(held.body, {origins.col(i), directions.col(i), length}));
-  }
   return result;
 }
 
 py::object contains(const HeldBody& held, const py::object& point, double tolerance) {
-  if (py::array(point).ndim() < 2) {
+  if (py::array(point).ndim() < 2)
     return py::bool_(geometry::contains(held.body, vector3(point, "point"), tolerance));
-  }
   const geometry::Points all = points(point, "point");
   py::array_t<bool> result(all.cols());
   bool* inside = result.mutable_data();
   py::gil_scoped_release released;
-  for (Eigen::Index i = 0; i < all.cols(); ++i) {
+  for (Eigen::Index i = 0; i < all.cols(); ++i)
     inside[i] = geometry::contains(held.body, all.col(i), tolerance);
-  }
   return result;
 }
 
@@ -211,9 +206,8 @@ py::object part(const std::optional<geometry::SplitPart>& side) {
 geometry::Motion motion(const py::object& given, const HeldBody& held, const char* name) {
   geometry::Motion result{.centre = mass_properties(held.body).centroid};
   if (given.is_none()) return result;
-  if (!PySequence_Check(given.ptr()) || PySequence_Size(given.ptr()) != 2) {
+  if (!PySequence_Check(given.ptr()) || PySequence_Size(given.ptr()) != 2)
     throw py::type_error(std::string(name) + ": (translation, rotation vector) is expected");
-  }
   const auto parts = py::reinterpret_borrow<py::sequence>(given);
   result.translation = vector3(parts[0], name);
   result.rotation = vector3(parts[1], name);

@@ -52,9 +52,8 @@ int block_index(const solver::Scene& scene, py::handle key) {
   const auto count = static_cast<int>(scene.blocks.size());
   if (py::isinstance<py::str>(key)) {
     const auto name = key.cast<std::string>();
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < count; ++i)
       if (scene.blocks[static_cast<std::size_t>(i)].name == name) return i;
-    }
     throw geometry::InputError("there is no block \"" + name + "\"");
   }
   if (PyIndex_Check(key.ptr()) == 0) throw py::type_error("block: an index or a name is expected");
@@ -132,9 +131,8 @@ class Simulation {
   solver::StepReport run(std::optional<double> until, std::optional<long> steps,
                          const py::object& callback) {
     const bool dynamic = simulation_->options().analysis == solver::Analysis::Dynamic;
-    if (dynamic && !until && !steps) {
+    if (dynamic && !until && !steps)
       throw geometry::InputError("run: a dynamic analysis needs until or steps");
-    }
     if (until && !std::isfinite(*until)) throw geometry::InputError("until: it is not finite");
     if (!dynamic && !steps) steps = kMostStaticSteps;  // time stands still
     solver::StepReport report;
@@ -335,9 +333,8 @@ py::dict result_dict(const SceneFile& file, const scene_file::RunResult& run) {
     one["ok"] = run.references[i].ok;
     references[py::str(file.references[i].name)] = one;
   }
-  for (std::size_t i = 0; i < run.monitors.size(); ++i) {
+  for (std::size_t i = 0; i < run.monitors.size(); ++i)
     monitors[py::str(file.monitors[i].name)] = monitor_dict(run.monitors[i]);
-  }
   py::list stages, flags;
   for (const scene_file::StageResult& stage : run.stages) {
     py::dict one;
@@ -347,9 +344,8 @@ py::dict result_dict(const SceneFile& file, const scene_file::RunResult& run) {
     one["done"] = stage.done;
     stages.append(one);
   }
-  for (const scene_file::RunFlag& flag : run.flags) {
+  for (const scene_file::RunFlag& flag : run.flags)
     flags.append(py::make_tuple(name(flag.worst.kind), flag.worst.value, flag.fails));
-  }
   result["status"] = run_status_name(run.status);
   result["message"] = run.message;
   result["failures"] = failures(file, run);
@@ -407,9 +403,8 @@ void bind_report(py::module_& module) {
           "flags",
           [](const StepReport& r) {
             py::list flags;
-            for (const solver::StepFlag& flag : r.flags) {
+            for (const solver::StepFlag& flag : r.flags)
               flags.append(py::make_tuple(name(flag.kind), flag.value, flag.fails));
-            }
             return flags;
           },
           "(name, value, fails) of each")

@@ -32,12 +32,9 @@ class Cutter {
     std::vector<int> loop;
     for (std::size_t i = 0; i < face.size(); ++i) {
       const int p = face[i], q = face[(i + 1) % face.size()];
-      if (sides_[at(p)] <= 0) {
-        loop.push_back(stays(p));
-      }
-      if ((sides_[at(p)] < 0 && sides_[at(q)] > 0) || (sides_[at(p)] > 0 && sides_[at(q)] < 0)) {
+      if (sides_[at(p)] <= 0) loop.push_back(stays(p));
+      if ((sides_[at(p)] < 0 && sides_[at(q)] > 0) || (sides_[at(p)] > 0 && sides_[at(q)] < 0))
         loop.push_back(crossing(std::min(p, q), std::max(p, q)));
-      }
     }
     return loop;
   }
@@ -49,9 +46,7 @@ class Cutter {
     const auto [entry, fresh] = numbers_.try_emplace(key, static_cast<int>(part.vertices.size()));
     if (fresh) {
       part.vertices.push_back(x);
-      if (on) {
-        on_plane.push_back(entry->second);
-      }
+      if (on) on_plane.push_back(entry->second);
     }
     return entry->second;
   }
@@ -70,9 +65,7 @@ class Cutter {
 /// The vertices on the plane in the order of their angle about n.
 std::vector<int> cap_of(const Cell& part, const std::vector<int>& loop, const Vector3& n) {
   Vector3 middle = Vector3::Zero();
-  for (int v : loop) {
-    middle += part.vertices[at(v)] / static_cast<double>(loop.size());
-  }
+  for (int v : loop) middle += part.vertices[at(v)] / static_cast<double>(loop.size());
   const Vector3 u = n.unitOrthogonal(), w = n.cross(u);
   std::vector<std::pair<double, int>> angles;
   for (const int v : loop) {
@@ -82,9 +75,7 @@ std::vector<int> cap_of(const Cell& part, const std::vector<int>& loop, const Ve
   std::sort(angles.begin(), angles.end(),
             [](const auto& p, const auto& q) { return p.first < q.first; });
   std::vector<int> sorted;
-  for (const auto& [angle, v] : angles) {
-    sorted.push_back(v);
-  }
+  for (const auto& [angle, v] : angles) sorted.push_back(v);
   return sorted;
 }
 
@@ -104,9 +95,8 @@ Cell voronoi_cell(const std::vector<Vector3>& seeds, int seed, const Cell& aroun
 
 Points Cell::points() const {
   Points list(3, static_cast<Eigen::Index>(vertices.size()));
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
+  for (std::size_t v = 0; v < vertices.size(); ++v)
     list.col(static_cast<Eigen::Index>(v)) = vertices[v];
-  }
   return list;
 }
 
@@ -122,29 +112,21 @@ Cell box_cell(const Vector3& min, const Vector3& max) {
 
 Cell cut(Cell cell, const Vector3& n, double d, double snap) {
   Cutter cutter(cell, n, d, snap);
-  if (cutter.keeps_all()) {
-    return cell;
-  }
-  if (!cutter.keeps_some()) {
-    return {};
-  }
+  if (cutter.keeps_all()) return cell;
+  if (!cutter.keeps_some()) return {};
   for (const std::vector<int>& face : cell.faces) {
     std::vector<int> loop = cutter.part_of(face);
-    if (loop.size() >= 3) {
-      cutter.part.faces.push_back(std::move(loop));
-    }
+    if (loop.size() >= 3) cutter.part.faces.push_back(std::move(loop));
   }
-  if (cutter.on_plane.size() >= 3) {
+  if (cutter.on_plane.size() >= 3)
     cutter.part.faces.push_back(cap_of(cutter.part, cutter.on_plane, n));
-  }
   return cutter.part;
 }
 
 std::array<Cell, 2> voronoi_cells(double jitter, double snap, Random& random) {
   std::vector<Vector3> seeds;
-  for (int k = 0; k < 64; ++k) {
+  for (int k = 0; k < 64; ++k)
     seeds.push_back(Vector3(k % 4, k / 4 % 4, k / 16) + jitter * random.point(-1, 1));
-  }
   const int steps[] = {1, 4, 16, 5, 20, 21};
   const int seed = 1 + 4 + 16;
   const Cell around = box_cell(Vector3::Constant(-1), Vector3::Constant(4));
@@ -154,9 +136,7 @@ std::array<Cell, 2> voronoi_cells(double jitter, double snap, Random& random) {
 
 std::array<Cell, 2> random_voronoi_cells(double snap, Random& random) {
   std::vector<Vector3> seeds;
-  for (int k = 0; k < 24; ++k) {
-    seeds.push_back(random.point(0, 1));
-  }
+  for (int k = 0; k < 24; ++k) seeds.push_back(random.point(0, 1));
   int nearest = 1;
   for (int k = 2; k < 24; ++k) {
     const auto apart = [&](int m) { return (seeds[at(m)] - seeds[0]).norm(); };

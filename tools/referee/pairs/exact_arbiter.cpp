@@ -73,11 +73,10 @@ Leading leading(const Whole& number, long exponent) {
   long e = 0;
   const double high = mpz_get_d_2exp(&e, number.get_mpz_t());
   Whole whole(std::ldexp(high, 53));
-  if (e >= 53) {
+  if (e >= 53)
     whole <<= static_cast<mp_bitcnt_t>(e - 53);
-  } else {
+  else
     whole >>= static_cast<mp_bitcnt_t>(53 - e);
-  }
   return {std::ldexp(Real(high), static_cast<int>(e + exponent)), number - whole};
 }
 
@@ -85,9 +84,7 @@ Leading leading(const Whole& number, long exponent) {
 Real rounded(const Whole& number, long exponent) {
   static_assert(GMP_NUMB_BITS == 64);
   const std::size_t size = mpz_size(number.get_mpz_t());
-  if (size == 0) {
-    return 0;
-  }
+  if (size == 0) return 0;
   const auto limb = [&](std::size_t below) -> std::uint64_t {
     return below < size ? mpz_getlimbn(number.get_mpz_t(), static_cast<mp_size_t>(size - 1 - below))
                         : 0;
@@ -118,20 +115,14 @@ template <class Values>
 long lowest_exponent(const Values& values, long lowest) {
   for (Eigen::Index i = 0; i < values.size(); ++i) {
     const double value = values.data()[i];
-    if (!std::isfinite(value)) {
-      throw std::invalid_argument("exact_gap: a coordinate is not finite");
-    }
-    if (value != 0.0) {
-      lowest = std::min(lowest, last_exponent(value));
-    }
+    if (!std::isfinite(value)) throw std::invalid_argument("exact_gap: a coordinate is not finite");
+    if (value != 0.0) lowest = std::min(lowest, last_exponent(value));
   }
   return lowest;
 }
 
 Whole whole_number(double value, long exponent) {
-  if (value == 0.0) {
-    return 0;
-  }
+  if (value == 0.0) return 0;
   const long e = last_exponent(value);
   Whole number(std::scalbn(value, static_cast<int>(-e)));
   return Whole(number << static_cast<mp_bitcnt_t>(e - exponent));
@@ -147,9 +138,7 @@ bool stands_in_own_frame(const Placement& placement) {
 /// Exponent of the last bit of any product A X, and of t.
 long lowest_exponent(const PlacedPoints& solid, long lowest) {
   const long points = lowest_exponent(solid.points, kNoBits);
-  if (stands_in_own_frame(solid.placement)) {
-    return std::min(lowest, points);
-  }
+  if (stands_in_own_frame(solid.placement)) return std::min(lowest, points);
   const long linear = lowest_exponent(solid.placement.linear, kNoBits);
   return lowest_exponent(solid.placement.translation, std::min(lowest, points + linear));
 }
@@ -165,9 +154,7 @@ std::vector<Triple<Whole>> whole_points(const PlacedPoints& solid, long exponent
           solid.points(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)), inner);
     }
   }
-  if (own_frame) {
-    return list;
-  }
+  if (own_frame) return list;
   Triple<Whole> rows[3], t;
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Index row = static_cast<Eigen::Index>(k);
@@ -177,9 +164,8 @@ std::vector<Triple<Whole>> whole_points(const PlacedPoints& solid, long exponent
           whole_number(solid.placement.linear(row, static_cast<Eigen::Index>(m)), exponent - inner);
     }
   }
-  for (Triple<Whole>& x : list) {
+  for (Triple<Whole>& x : list)
     x = {t[0] + dot(rows[0], x), t[1] + dot(rows[1], x), t[2] + dot(rows[2], x)};
-  }
   return list;
 }
 
@@ -211,11 +197,10 @@ Pair make_pair(const PlacedPoints& a, const PlacedPoints& b) {
 
 template <class T>
 const std::vector<Triple<T>>& points_of(const Pair& pair, int side) {
-  if constexpr (std::is_same_v<T, Whole>) {
+  if constexpr (std::is_same_v<T, Whole>)
     return pair.whole[side];
-  } else {
+  else
     return pair.real[side];
-  }
 }
 
 /// A point of the difference B - A, by its two vertices.
@@ -293,9 +278,7 @@ bool affine_weights(const Few<Triple<T>>& p, std::array<T, 4>& weights, T& sum) 
   weights[0] = sum - weights[1] - weights[2] - weights[3];
   if (sum < 0) {
     sum = -sum;
-    for (T& weight : weights) {
-      weight = -weight;
-    }
+    for (T& weight : weights) weight = -weight;
   }
   return sum != 0;
 }
@@ -305,24 +288,16 @@ Foot<T> foot_of(const Pair& pair, const Few<Corner>& corners) {
   Foot<T> foot;
   foot.corners = corners;
   Few<Triple<T>> p;
-  for (const Corner& corner : corners) {
-    p.push_back(place<T>(pair, corner));
-  }
+  for (const Corner& corner : corners) p.push_back(place<T>(pair, corner));
   std::array<T, 4> weights{};
-  if (!affine_weights(p, weights, foot.denominator)) {
-    return foot;
-  }
+  if (!affine_weights(p, weights, foot.denominator)) return foot;
   foot.valid = true;
   foot.numerator = Triple<T>{};
   for (std::size_t i = 0; i < p.size(); ++i) {
     foot.valid = foot.valid && weights[i] > 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      foot.numerator[k] += weights[i] * p[i][k];
-    }
+    for (std::size_t k = 0; k < 3; ++k) foot.numerator[k] += weights[i] * p[i][k];
   }
-  if (p.size() == 4) {
-    foot.numerator = Triple<T>{};  // the affine hull is all space
-  }
+  if (p.size() == 4) foot.numerator = Triple<T>{};  // the affine hull is all space
   return foot;
 }
 
@@ -340,24 +315,17 @@ Foot<T> nearest_of(const Pair& pair, const Few<Corner>& corners) {
   Foot<T> best;
   for (unsigned subset = 1; subset < (1u << corners.size()); ++subset) {
     Few<Corner> chosen;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if ((subset >> i & 1u) != 0) {
-        chosen.push_back(corners[i]);
-      }
-    }
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      if ((subset >> i & 1u) != 0) chosen.push_back(corners[i]);
     Foot<T> foot = foot_of<T>(pair, chosen);
-    if (foot.valid && (!best.valid || nearer(foot, best))) {
-      best = std::move(foot);
-    }
+    if (foot.valid && (!best.valid || nearer(foot, best))) best = std::move(foot);
   }
   return best;
 }
 
 Triple<Real> direction_of(const Triple<Whole>& v) {
   long top = 0;
-  for (const Whole& c : v) {
-    top = std::max(top, static_cast<long>(mpz_sizeinbase(c.get_mpz_t(), 2)));
-  }
+  for (const Whole& c : v) top = std::max(top, static_cast<long>(mpz_sizeinbase(c.get_mpz_t(), 2)));
   return {rounded(v[0], -top), rounded(v[1], -top), rounded(v[2], -top)};
 }
 Triple<Real> direction_of(const Triple<Real>& v) { return v; }
@@ -397,23 +365,19 @@ template <class T>
 Foot<T> nearest_point(const Pair& pair, const Few<Corner>& start, int limit, int& turns) {
   Foot<T> foot = nearest_of<T>(pair, start);
   for (turns = 0; turns < limit; ++turns) {
-    if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) {
-      return foot;
-    }
+    if (foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0) return foot;
     const Corner corner{farthest(pair, 0, foot.numerator, 1),
                         farthest(pair, 1, foot.numerator, -1)};
     const T reached = dot(foot.numerator, place<T>(pair, corner)) * foot.denominator;
     if (reached >= dot(foot.numerator, foot.numerator) ||
-        std::find(foot.corners.begin(), foot.corners.end(), corner) != foot.corners.end()) {
+        std::find(foot.corners.begin(), foot.corners.end(), corner) != foot.corners.end())
       return foot;
-    }
     Few<Corner> corners = foot.corners;
     corners.push_back(corner);
     Foot<T> next = nearest_of<T>(pair, corners);
     if (!next.valid || !nearer(next, foot)) {
-      if constexpr (std::is_same_v<T, Whole>) {
+      if constexpr (std::is_same_v<T, Whole>)
         throw std::logic_error("exact_gap: a turn in exact arithmetic came no nearer");
-      }
       return foot;  // rounding: long double can do no better
     }
     foot = std::move(next);
@@ -426,11 +390,10 @@ Real take_leading(mpf_class& value, long exponent) {
   long e = 0;
   const double leading = mpf_get_d_2exp(&e, value.get_mpf_t());
   mpf_class taken(leading, value.get_prec());
-  if (e >= 0) {
+  if (e >= 0)
     taken <<= static_cast<mp_bitcnt_t>(e);
-  } else {
+  else
     taken >>= static_cast<mp_bitcnt_t>(-e);
-  }
   value -= taken;
   return std::ldexp(Real(leading), static_cast<int>(e + exponent));
 }
@@ -470,9 +433,7 @@ int side_of(const Pair& pair, int body, const std::array<int, 3>& t, int d) {
   const Real l1 = largest(e1), l2 = largest(e2), l3 = largest(e3);
   // products of rounded differences of rounded coordinates
   const Real error = 0x1p-58L * l1 * l2 * l3 + 0x1p-60L * pair.size * (l1 * l2 + l2 * l3 + l3 * l1);
-  if (std::abs(volume) > error) {
-    return volume > 0 ? 1 : -1;
-  }
+  if (std::abs(volume) > error) return volume > 0 ? 1 : -1;
   const std::vector<Triple<Whole>>& w = pair.whole[body];
   return sgn(
       dot(cross(w[at(t[1])] - w[at(t[0])], w[at(t[2])] - w[at(t[0])]), w[at(d)] - w[at(t[0])]));
@@ -488,12 +449,8 @@ bool collinear(const Pair& pair, int body, int i, int j, int k) {
 std::vector<Triangle> first_tetrahedron(const Pair& pair, int body) {
   const int count = static_cast<int>(pair.real[body].size());
   int j = 1, k = 2;
-  while (j < count && pair.whole[body][static_cast<std::size_t>(j)] == pair.whole[body][0]) {
-    ++j;
-  }
-  while (k < count && (k <= j || collinear(pair, body, 0, j, k))) {
-    ++k;
-  }
+  while (j < count && pair.whole[body][static_cast<std::size_t>(j)] == pair.whole[body][0]) ++j;
+  while (k < count && (k <= j || collinear(pair, body, 0, j, k))) ++k;
   for (int l = 1; l < count && k < count; ++l) {
     const int side = side_of(pair, body, {0, j, k}, l);
     if (side != 0) {
@@ -514,17 +471,15 @@ std::vector<Triangle> hull(const Pair& pair, int body) {
     for (Triangle& t : triangles) {
       if (side_of(pair, body, t.vertices, point) > 0) {
         t.alive = false;
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < 3; ++k)
           open.push_back({t.vertices[k], t.vertices[(k + 1) % 3]});
-        }
       }
     }
     std::erase_if(triangles, [](const Triangle& t) { return !t.alive; });
     for (const std::array<int, 2>& edge : open) {
       const std::array<int, 2> back{edge[1], edge[0]};
-      if (std::find(open.begin(), open.end(), back) == open.end()) {
+      if (std::find(open.begin(), open.end(), back) == open.end())
         triangles.push_back({{edge[0], edge[1], point}});
-      }
     }
   }
   return triangles;
@@ -550,9 +505,8 @@ struct Edge {
 Edge make_edge(const Pair& pair, int body, int p, int q, std::array<int, 2> thirds) {
   Edge edge{.p = p, .q = q, .line = line_between(pair, body, p, q)};
   edge.length = length(edge.line);
-  for (const std::size_t k : {0u, 1u}) {
+  for (const std::size_t k : {0u, 1u})
     edge.wings[k] = cross(line_between(pair, body, p, thirds[k]), edge.line);
-  }
   return edge;
 }
 
@@ -574,9 +528,8 @@ std::vector<Edge> edges_of(const Pair& pair, int body, const std::vector<Triangl
   for (std::size_t i = 0; i + 1 < halves.size(); i += 2) {
     const Half& h = halves[i];
     const int other = halves[i + 1].third;
-    if (side_of(pair, body, {h.low, h.high, h.third}, other) != 0) {  // not inside a flat face
+    if (side_of(pair, body, {h.low, h.high, h.third}, other) != 0)  // not inside a flat face
       edges.push_back(make_edge(pair, body, h.low, h.high, {h.third, other}));
-    }
   }
   return edges;
 }
@@ -598,9 +551,7 @@ Triple<Whole> whole_normal(const Pair& pair, const Exit& exit) {
     return w[static_cast<std::size_t>(q)] - w[static_cast<std::size_t>(p)];
   };
   Triple<Whole> n = cross(edge(exit.body1, exit.p1, exit.q1), edge(exit.body2, exit.p2, exit.q2));
-  for (Whole& c : n) {
-    c *= exit.sign;
-  }
+  for (Whole& c : n) c *= exit.sign;
   return n;
 }
 
@@ -620,12 +571,8 @@ void measure(const Pair& pair, Exit& exit) {
     return;
   }
   Real top = -INFINITY, bottom = INFINITY;
-  for (const Triple<Real>& p : pair.real[0]) {
-    top = std::max(top, dot(exit.normal, p));
-  }
-  for (const Triple<Real>& p : pair.real[1]) {
-    bottom = std::min(bottom, dot(exit.normal, p));
-  }
+  for (const Triple<Real>& p : pair.real[0]) top = std::max(top, dot(exit.normal, p));
+  for (const Triple<Real>& p : pair.real[1]) bottom = std::min(bottom, dot(exit.normal, p));
   exit.depth = (top - bottom) / length(exit.normal);
   exit.error = depth_error(pair, exit);
 }
@@ -683,14 +630,10 @@ void add_edge_exits(const Pair& pair, const Edge& e, const Edge& f, Exits& exits
   exit.product = e.length * f.length;
   const Real slack = 0x1p-54L * pair.size * exit.product;
   for (const int sign : {1, -1}) {
-    if (!may_support(e, f, Real(sign), slack)) {
-      continue;
-    }
+    if (!may_support(e, f, Real(sign), slack)) continue;
     exit.sign = sign;
     exit.normal = sign > 0 ? cross(e.line, f.line) : cross(f.line, e.line);
-    if (is_lost(exit) || !is_too_long(pair, exit, exits.limit)) {
-      exits.add(pair, exit);
-    }
+    if (is_lost(exit) || !is_too_long(pair, exit, exits.limit)) exits.add(pair, exit);
   }
 }
 
@@ -707,23 +650,16 @@ ProvedGap proved_depth(const Pair& pair) {
   add_face_exits(pair, 0, hull_a, exits);
   add_face_exits(pair, 1, hull_b, exits);
   const std::vector<Edge> edges_a = edges_of(pair, 0, hull_a), edges_b = edges_of(pair, 1, hull_b);
-  for (const Edge& e : edges_a) {
-    for (const Edge& f : edges_b) {
-      add_edge_exits(pair, e, f, exits);
-    }
-  }
+  for (const Edge& e : edges_a)
+    for (const Edge& f : edges_b) add_edge_exits(pair, e, f, exits);
   ProvedGap answer;
   answer.sign = -1;
   Whole best_depth = -1, best_square = 1;  // depth = best_depth / sqrt(best_square)
   for (const Exit& exit : exits.list) {
-    if (exit.depth - exit.error > exits.limit) {
-      continue;
-    }
+    if (exit.depth - exit.error > exits.limit) continue;
     const Triple<Whole> n = whole_normal(pair, exit);
     const Whole square = dot(n, n);
-    if (square == 0) {
-      continue;
-    }
+    if (square == 0) continue;
     const Whole top = dot(n, pair.whole[0][static_cast<std::size_t>(farthest(pair, 0, n, 1))]);
     const Whole bottom = dot(n, pair.whole[1][static_cast<std::size_t>(farthest(pair, 1, n, -1))]);
     const Whole depth = top - bottom;
@@ -754,18 +690,13 @@ Real height_error(const Pair& pair) { return 0x1p-57L * pair.size; }
 bool stands_out(const Pair& pair, int side, std::size_t point) {
   const std::vector<Triple<Real>>& real = pair.real[side];
   Triple<Real> mean{};
-  for (const Triple<Real>& x : real) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      mean[k] += x[k] / Real(real.size());
-    }
-  }
+  for (const Triple<Real>& x : real)
+    for (std::size_t k = 0; k < 3; ++k) mean[k] += x[k] / Real(real.size());
   const Triple<Real> line = real[point] - mean;
   const Real limit = dot(line, real[point]) - height_error(pair) * length(line);
-  for (std::size_t i = 0; i < real.size(); ++i) {
-    if (!(dot(line, real[i]) < limit) && pair.whole[side][i] != pair.whole[side][point]) {
+  for (std::size_t i = 0; i < real.size(); ++i)
+    if (!(dot(line, real[i]) < limit) && pair.whole[side][i] != pair.whole[side][point])
       return false;
-    }
-  }
   return true;
 }
 
@@ -779,9 +710,7 @@ bool surely_apart(const Pair& pair, const Triple<Real>& direction) {
 bool meet(const Pair& pair) {
   int turns = 0;
   const Foot<Real> guess = nearest_point<Real>(pair, Few(Corner{}), 200, turns);
-  if (surely_apart(pair, guess.numerator)) {
-    return false;
-  }
+  if (surely_apart(pair, guess.numerator)) return false;
   const Foot<Whole> foot = nearest_point<Whole>(pair, guess.corners, 100000, turns);
   return foot.corners.size() == 4 || dot(foot.numerator, foot.numerator) == 0;
 }
@@ -805,9 +734,7 @@ Pair set_apart(const Pair& pair, int side, std::size_t point) {
 double exact_distance(const Pair& pair) {
   int turns = 0;
   const Foot<Whole> foot = proved_nearest_point(pair, turns);
-  if (foot.corners.size() == 4) {
-    return 0.0;
-  }
+  if (foot.corners.size() == 4) return 0.0;
   return static_cast<double>(
       root_of_quotient(dot(foot.numerator, foot.numerator), foot.denominator, pair.exponent));
 }
@@ -849,9 +776,7 @@ ExactPair::Proof ExactPair::proof() const {
   int turns = 0;
   const Foot<Whole> foot = proved_nearest_point(pair, turns);
   const Whole squared = dot(foot.numerator, foot.numerator);
-  if (foot.corners.size() == 4 || squared == 0) {
-    return {proved_depth(pair)};
-  }
+  if (foot.corners.size() == 4 || squared == 0) return {proved_depth(pair)};
   return {{squared, foot.denominator, 1, turns, unit(direction_of(foot.numerator))}};
 }
 
@@ -866,11 +791,10 @@ std::string ExactPair::squared_gap() const {
   const Proof proved = proof();
   Whole numerator = proved.numerator, denominator = proved.denominator * proved.denominator;
   const long doubled = 2 * numbers_->pair.exponent;
-  if (doubled < 0) {
+  if (doubled < 0)
     denominator <<= static_cast<mp_bitcnt_t>(-doubled);
-  } else {
+  else
     numerator <<= static_cast<mp_bitcnt_t>(doubled);
-  }
   mpq_class quotient(numerator, denominator);
   quotient.canonicalize();
   return quotient.get_str();
@@ -884,9 +808,7 @@ bool ExactPair::is_vertex(int side, std::size_t point) const {
   const Pair& all = numbers_->pair;
   std::vector<Numbers::Known>& known = numbers_->vertices[side];
   known.resize(all.whole[side].size(), Numbers::Known::No);
-  if (known[point] != Numbers::Known::No) {
-    return known[point] == Numbers::Known::Vertex;
-  }
+  if (known[point] != Numbers::Known::No) return known[point] == Numbers::Known::Vertex;
   const bool outside = stands_out(all, side, point) || !meet(set_apart(all, side, point));
   known[point] = outside ? Numbers::Known::Vertex : Numbers::Known::Inner;
   return outside;
@@ -902,14 +824,10 @@ RealPoint ExactPair::place(const Vector3& point) const {
 }
 
 double ExactPair::distance(int side, const Vector3& point, double enough) const {
-  if (!point.allFinite()) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
+  if (!point.allFinite()) return std::numeric_limits<double>::quiet_NaN();
   const Real bound = distance_in_long_double(side, place(point));
   const Real rounding = 0x1p-60L * numbers_->pair.size;  // of the places it was computed from
-  if (bound + rounding <= Real(enough)) {
-    return static_cast<double>(bound);
-  }
+  if (bound + rounding <= Real(enough)) return static_cast<double>(bound);
   return exact_distance(make_pair(numbers_->solids[side], {point, {}}));
 }
 
@@ -935,9 +853,8 @@ long double support(const Points& points, const Vector3& n, const Vector3& origi
   Real best = -INFINITY;
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     Real height = 0;
-    for (Eigen::Index k = 0; k < 3; ++k) {
+    for (Eigen::Index k = 0; k < 3; ++k)
       height += Real(n[k]) * (Real(points(k, i)) - Real(origin[k]));
-    }
     best = std::max(best, height);
   }
   return best;

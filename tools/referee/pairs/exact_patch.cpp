@@ -56,37 +56,27 @@ std::vector<Carrier> hull_of(std::vector<Carrier> list) {
   list.erase(std::unique(list.begin(), list.end(),
                          [](const Carrier& c, const Carrier& d) { return c.place == d.place; }),
              list.end());
-  if (list.size() < 3) {
-    return list;
-  }
+  if (list.size() < 3) return list;
   std::vector<Carrier> hull;
   const auto add = [&](const Carrier& c, std::size_t floor) {
-    while (hull.size() > floor && cross(hull.back().place - hull[hull.size() - 2].place,
-                                        c.place - hull.back().place) <= 0) {
+    while (hull.size() > floor &&
+           cross(hull.back().place - hull[hull.size() - 2].place, c.place - hull.back().place) <= 0)
       hull.pop_back();
-    }
     hull.push_back(c);
   };
-  for (const Carrier& c : list) {
-    add(c, 1);
-  }
+  for (const Carrier& c : list) add(c, 1);
   const std::size_t lower = hull.size();
-  for (std::size_t i = list.size() - 1; i-- > 0;) {
-    add(list[i], lower);
-  }
+  for (std::size_t i = list.size() - 1; i-- > 0;) add(list[i], lower);
   hull.pop_back();
   return hull;
 }
 
 std::vector<Place> hull_of(std::vector<Place> places) {
   std::vector<Carrier> carriers;
-  for (const Place& place : places) {
+  for (const Place& place : places)
     carriers.push_back({.place = place, .depth = 0, .point = {}, .index = 0});
-  }
   places.clear();
-  for (const Carrier& c : hull_of(std::move(carriers))) {
-    places.push_back(c.place);
-  }
+  for (const Carrier& c : hull_of(std::move(carriers))) places.push_back(c.place);
   return places;
 }
 
@@ -97,9 +87,7 @@ Real width_of(const std::vector<Carrier>& polygon) {
     const Place& p = polygon[i].place;
     const Place side = polygon[(i + 1) % polygon.size()].place - p;
     Real most = 0;
-    for (const Carrier& c : polygon) {
-      most = std::max(most, cross(side, c.place - p) / length(side));
-    }
+    for (const Carrier& c : polygon) most = std::max(most, cross(side, c.place - p) / length(side));
     least = std::min(least, most);
   }
   return polygon.size() < 3 ? 0 : least;
@@ -125,9 +113,8 @@ std::array<Carrier, 2> farthest_ends(const std::vector<Carrier>& polygon) {
 Real width_in_space(const std::vector<Carrier>& carriers, const std::array<Carrier, 2>& ends) {
   const RealPoint line = ends[1].point - ends[0].point;
   Real most = 0;
-  for (const Carrier& c : carriers) {
+  for (const Carrier& c : carriers)
     most = std::max(most, length(cross(line, c.point - ends[0].point)));
-  }
   return length(line) > 0 ? most / length(line) : 0;
 }
 
@@ -194,22 +181,16 @@ SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame
   const Real sign = side == 0 ? 1 : -1;
   const std::vector<RealPoint>& points = pair.places(side);
   Real top = -std::numeric_limits<Real>::infinity();
-  for (const RealPoint& x : points) {
-    top = std::max(top, sign * frame.height(x));
-  }
+  for (const RealPoint& x : points) top = std::max(top, sign * frame.height(x));
   SupportPolygon polygon;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const RealPoint& x = points[i];
     const Real depth = top - sign * frame.height(x);
     polygon.clear = polygon.clear && is_clear(depth, bands);
-    if (depth <= Real(bands.tolerance)) {
-      polygon.carriers.push_back({frame.place(x), depth, x, i});
-    }
+    if (depth <= Real(bands.tolerance)) polygon.carriers.push_back({frame.place(x), depth, x, i});
   }
   keep_vertices(pair, side, polygon);
-  for (const Carrier& c : polygon.border) {
-    polygon.hull.push_back(c.place);
-  }
+  for (const Carrier& c : polygon.border) polygon.hull.push_back(c.place);
   classify(bands, polygon);
   return polygon;
 }
@@ -219,9 +200,7 @@ SupportPolygon support_polygon(const ExactPair& pair, int side, const PlaneFrame
 Real depth_at(const SupportPolygon& polygon, const Place& place) {
   const std::vector<Carrier>& corners = polygon.border;
   Real most = 0;
-  for (const Carrier& c : corners) {
-    most = std::max(most, c.depth);
-  }
+  for (const Carrier& c : corners) most = std::max(most, c.depth);
   if (corners.size() == 2) {
     const Place line = corners[1].place - corners[0].place;
     const Real t =
@@ -286,12 +265,8 @@ std::vector<ClipCorner> clipped(const std::vector<ClipCorner>& subject, const Si
   for (std::size_t i = 0; i < subject.size(); ++i) {
     const ClipCorner& c = subject[i];
     const Real here = inside(c);
-    if (here >= 0) {
-      kept.push_back(c);
-    }
-    if (i >= sides || subject.size() < 2) {
-      continue;
-    }
+    if (here >= 0) kept.push_back(c);
+    if (i >= sides || subject.size() < 2) continue;
     const ClipCorner& next = subject[i + 1 < subject.size() ? i + 1 : 0];
     const Real there = inside(next);
     if ((here >= 0) != (there >= 0)) {
@@ -339,14 +314,11 @@ std::vector<PatchCorner> clipped_by(const std::vector<Carrier>& subject, std::si
     const Place before = out_of(region[(i + count - 1) % count], region[i]);
     const Place after = out_of(region[i], next);
     part = clipped(part, {solid, after, middle_of(region[i], next)}, region[i].place, border);
-    if (const Place tip = out_of_tip(before, after); tip != Place{}) {
+    if (const Place tip = out_of_tip(before, after); tip != Place{})
       part = clipped(part, {solid, tip, region[i].place}, region[i].place, border);
-    }
   }
   std::vector<PatchCorner> corners;
-  for (const ClipCorner& c : part) {
-    corners.push_back(c.corner);
-  }
+  for (const ClipCorner& c : part) corners.push_back(c.corner);
   return corners;
 }
 
@@ -356,16 +328,11 @@ std::vector<Carrier> top_of(const ExactPair& pair, int side, const PlaneFrame& f
   const Real sign = side == 0 ? 1 : -1;
   std::vector<Carrier> all, top;
   Real highest = -std::numeric_limits<Real>::infinity();
-  for (const RealPoint& x : pair.places(side)) {
-    highest = std::max(highest, sign * frame.height(x));
-  }
-  for (const RealPoint& x : pair.places(side)) {
+  for (const RealPoint& x : pair.places(side)) highest = std::max(highest, sign * frame.height(x));
+  for (const RealPoint& x : pair.places(side))
     all.push_back({frame.place(x), highest - sign * frame.height(x), x, all.size()});
-  }
   for (const Carrier& c : all) {
-    if (c.depth > depth) {
-      continue;
-    }
+    if (c.depth > depth) continue;
     top.push_back(c);
     for (const Carrier& d : all) {
       if (d.depth > depth) {
@@ -380,9 +347,7 @@ std::vector<Carrier> top_of(const ExactPair& pair, int side, const PlaneFrame& f
 
 std::vector<PatchCorner> corners_of(const std::vector<Carrier>& carriers) {
   std::vector<PatchCorner> corners;
-  for (const Carrier& c : carriers) {
-    corners.push_back({.place = c.place});
-  }
+  for (const Carrier& c : carriers) corners.push_back({.place = c.place});
   return corners;
 }
 
@@ -432,9 +397,8 @@ ContactType type_of(const SupportPolygon& a, const SupportPolygon& b, const Patc
            : high == FeatureKind::Edge ? ContactType::VertexEdge
                                        : ContactType::VertexFace;
   }
-  if (high == FeatureKind::Face) {
+  if (high == FeatureKind::Face)
     return low == FeatureKind::Face ? ContactType::FaceFace : ContactType::EdgeFace;
-  }
   const RealPoint d = a.border[1].point - a.border[0].point;
   const RealPoint e = b.border[1].point - b.border[0].point;
   const Real off = length(cross(d, e)) / std::max(length(d), length(e));
@@ -467,20 +431,14 @@ struct Beyond {
   double tolerance, extent;  // m
 
   bool goes_on(int side, const Place& from, const Place& out) const {
-    if (out == Place{}) {
-      return false;
-    }
+    if (out == Place{}) return false;
     const Real sign = side == 0 ? 1 : -1, step = 1e-6L * Real(extent);
     Real top = -std::numeric_limits<Real>::infinity();
-    for (const RealPoint& x : pair.places(side)) {
-      top = std::max(top, sign * frame.height(x));
-    }
+    for (const RealPoint& x : pair.places(side)) top = std::max(top, sign * frame.height(x));
     const Place beyond{from[0] + step * out[0], from[1] + step * out[1]};
     for (int quarter = 0; quarter <= 8; ++quarter) {
       const RealPoint below = frame.point(beyond, sign * (top - quarter * Real(tolerance) / 4));
-      if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) {
-        return true;
-      }
+      if (pair.distance_in_long_double(side, below) <= 0.1L * Real(tolerance)) return true;
     }
     return false;
   }
@@ -489,30 +447,22 @@ struct Beyond {
 }  // namespace
 
 PlaneFrame::PlaneFrame(const Vector3& normal) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    n_[k] = Real(normal[static_cast<Eigen::Index>(k)]);
-  }
+  for (std::size_t k = 0; k < 3; ++k) n_[k] = Real(normal[static_cast<Eigen::Index>(k)]);
   const Real norm = length(n_);
-  for (Real& c : n_) {
-    c /= norm;
-  }
+  for (Real& c : n_) c /= norm;
   RealPoint axis{};
   const auto least = std::min_element(n_.begin(), n_.end(),
                                       [](Real x, Real y) { return std::abs(x) < std::abs(y); });
   axis[static_cast<std::size_t>(least - n_.begin())] = 1;
   u_ = cross(axis, n_);
   const Real across = length(u_);
-  for (Real& c : u_) {
-    c /= across;
-  }
+  for (Real& c : u_) c /= across;
   v_ = cross(n_, u_);
 }
 
 RealPoint PlaneFrame::point(const Place& place, long double height) const {
   RealPoint x;
-  for (std::size_t k = 0; k < 3; ++k) {
-    x[k] = place[0] * u_[k] + place[1] * v_[k] + height * n_[k];
-  }
+  for (std::size_t k = 0; k < 3; ++k) x[k] = place[0] * u_[k] + place[1] * v_[k] + height * n_[k];
   return x;
 }
 
@@ -532,9 +482,8 @@ ExactPatch exact_patch(const ExactPair& pair, const Vector3& normal, const Patch
     corner.excess = depth_at(a, corner.place) + depth_at(b, corner.place);
     polygon.push_back(corner.place);
   }
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
+  for (std::size_t i = 0; i < polygon.size(); ++i)
     patch.perimeter += length(polygon[(i + 1) % polygon.size()] - polygon[i]);
-  }
   const Real area = polygon_area(polygon, patch.centroid);
   patch.area = patch.type == ContactType::FaceFace ? area : 0;
   return patch;
@@ -563,9 +512,8 @@ bool both_reach(const ExactPair& pair, const Vector3& normal, const PatchCorner&
   std::vector<Place> shared;
   for (const PatchCorner& c : top_a.size() > 2   ? clipped_by(top_b, 0, top_a, -Real(slack))
                               : top_b.size() > 2 ? clipped_by(top_a, 1, top_b, -Real(slack))
-                                                 : std::vector<PatchCorner>{}) {
+                                                 : std::vector<PatchCorner>{})
     shared.push_back(c.place);
-  }
   return distance_to_places(shared, corner.place) <= Real(tolerance);
 }
 
@@ -579,12 +527,8 @@ bool asks_for_point(const ExactPair& pair, const Vector3& normal, const ExactPat
 long double gap_along(const ExactPair& pair, const Vector3& normal) {
   const PlaneFrame frame(normal);
   Real top = -std::numeric_limits<Real>::infinity(), bottom = -top;
-  for (const RealPoint& x : pair.places(0)) {
-    top = std::max(top, frame.height(x));
-  }
-  for (const RealPoint& x : pair.places(1)) {
-    bottom = std::min(bottom, frame.height(x));
-  }
+  for (const RealPoint& x : pair.places(0)) top = std::max(top, frame.height(x));
+  for (const RealPoint& x : pair.places(1)) bottom = std::min(bottom, frame.height(x));
   return bottom - top;
 }
 
@@ -605,9 +549,8 @@ long double distance_to_places(const std::vector<Place>& places, const Place& pl
 long double polygon_area(const std::vector<Place>& polygon, Place& centroid) {
   centroid = {};
   Place mean{};
-  for (const Place& p : polygon) {
+  for (const Place& p : polygon)
     mean = {mean[0] + p[0] / Real(polygon.size()), mean[1] + p[1] / Real(polygon.size())};
-  }
   Real area = 0;
   Place moment{};
   for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -63,14 +63,11 @@ Shape wedge_shape(Random& random, double size) {
 Shape tetrahedron_shape(Random& random, double size) {
   for (;;) {
     Points points(3, 4);
-    for (int i = 0; i < 4; ++i) {
-      points.col(i) = 0.5 * size * random.point(-1, 1);
-    }
+    for (int i = 0; i < 4; ++i) points.col(i) = 0.5 * size * random.point(-1, 1);
     const Vector3 e1 = points.col(1) - points.col(0), e2 = points.col(2) - points.col(0);
     const Vector3 e3 = points.col(3) - points.col(0);
-    if (std::abs(e1.cross(e2).dot(e3)) > 1e-3 * size * size * size) {
+    if (std::abs(e1.cross(e2).dot(e3)) > 1e-3 * size * size * size)
       return make_hull(points).polyhedron;
-    }
   }
 }
 
@@ -80,9 +77,7 @@ Shape hull_shape(Random& random, double size, int count, bool cospherical) {
   for (int i = 0; i < count; ++i) {
     const double radius = cospherical ? 1.0 + 1e-10 * random.uniform() : random.uniform(0.6, 1);
     points.col(i) = 0.5 * size * radius * random.direction();
-    if (!cospherical) {
-      points.col(i) = points.col(i).cwiseProduct(axes).eval();
-    }
+    if (!cospherical) points.col(i) = points.col(i).cwiseProduct(axes).eval();
   }
   return make_hull(points).polyhedron;
 }
@@ -131,9 +126,7 @@ Shape turned(const Shape& solid, Random& random) {
 
 /// Of either sign, often zero or tiny, at most `size`.
 double random_gap(Random& random, double size) {
-  if (random.chance(0.05)) {
-    return 0.0;
-  }
+  if (random.chance(0.05)) return 0.0;
   const double gap = random.log_uniform(1e-12, 0.5) * size;
   return random.chance(0.5) ? gap : -gap;
 }
@@ -197,9 +190,7 @@ SolidPair masonry(Random& r) {
   const Vector3 corner = r.chance(0.5) ? Vector3::Zero() : r.point(0, 10);
   const Shape a = make_box(corner, corner + size);
   const Shape b = make_box(corner + shift, corner + shift + size);
-  if (r.chance(0.5)) {
-    return {"masonry", a, b};
-  }
+  if (r.chance(0.5)) return {"masonry", a, b};
   const Matrix3 turn = r.rotation();
   return {"masonry", transformed(a, 1, turn, Vector3::Zero()),
           transformed(b, 1, turn, Vector3::Zero())};
@@ -213,9 +204,8 @@ SolidPair slivers(Random& r) {
 SolidPair tiny_and_huge(Random& r) {
   const Shape huge = turned(any_shape(r, r.log_uniform(1, 1e3)), r);
   const Shape tiny = turned(any_shape(r, r.log_uniform(1e-6, 1e-3)), r);
-  if (r.chance(0.1)) {  // the tiny one stays near the origin: elsewhere it would be rounded away
+  if (r.chance(0.1))  // the tiny one stays near the origin: elsewhere it would be rounded away
     return placed("tiny_and_huge", tiny, huge, r.log_uniform(1, 1e9), r);
-  }
   const double gap = random_gap(r, diameter(tiny));
   return r.chance(0.5) ? placed("tiny_and_huge", huge, tiny, gap, r)
                        : placed("tiny_and_huge", tiny, huge, gap, r);
@@ -232,9 +222,7 @@ SolidPair nearly_parallel(Random& r) {
                   Vector3::Zero());
   const double lift = a.box().max.z() - b.box().min.z() + random_gap(r, 1e-2);
   b = transformed(b, 1, Matrix3::Identity(), {r.uniform(-0.3, 0.3), r.uniform(-0.3, 0.3), lift});
-  if (r.chance(0.5)) {
-    return {"nearly_parallel", a, b};
-  }
+  if (r.chance(0.5)) return {"nearly_parallel", a, b};
   const Matrix3 turn = r.rotation();
   return {"nearly_parallel", transformed(a, 1, turn, Vector3::Zero()),
           transformed(b, 1, turn, Vector3::Zero())};
@@ -245,9 +233,7 @@ SolidPair on_the_grid(Random& r) {
   const auto solid = [&] {
     for (;;) {
       Points points(3, r.integer(4, 10));
-      for (Eigen::Index i = 0; i < points.size(); ++i) {
-        points.data()[i] = 0.25 * r.integer(-3, 3);
-      }
+      for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = 0.25 * r.integer(-3, 3);
       try {
         return make_hull(points).polyhedron;
       } catch (const geometry::InputError&) {
@@ -313,9 +299,7 @@ std::span<const Family> families() {
 const std::vector<std::string>& family_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> list;
-    for (const Family& family : families()) {
-      list.emplace_back(family.name);
-    }
+    for (const Family& family : families()) list.emplace_back(family.name);
     return list;
   }();
   return names;
@@ -333,14 +317,10 @@ SolidPair make_pair(Random& random, const std::vector<bool>& wanted) {
     return wanted.empty() || wanted[i] ? families()[i].weight : 0;
   };
   int total = 0;
-  for (std::size_t i = 0; i < families().size(); ++i) {
-    total += weight(i);
-  }
+  for (std::size_t i = 0; i < families().size(); ++i) total += weight(i);
   int ticket = random.integer(0, total - 1);
   std::size_t family = 0;
-  while (ticket >= weight(family)) {
-    ticket -= weight(family++);
-  }
+  while (ticket >= weight(family)) ticket -= weight(family++);
   return make_pair(static_cast<int>(family), random);
 }
 

@@ -49,9 +49,7 @@ Points prism(Random& r, int corners, double radius, double height) {
 
 Points random_hull(Random& r, int count, double size) {
   Points points(3, count);
-  for (int i = 0; i < count; ++i) {
-    points.col(i) = 0.5 * size * r.uniform(0.7, 1) * r.direction();
-  }
+  for (int i = 0; i < count; ++i) points.col(i) = 0.5 * size * r.uniform(0.7, 1) * r.direction();
   return points;
 }
 
@@ -82,9 +80,7 @@ Placement random_placement(Random& r) {
 
 /// As laid, turned and rounded, or turned by a placement.
 SolidPair as_laid_or_turned(const Points& a, const Points& b, Random& r) {
-  if (r.chance(0.34)) {
-    return {"", a, b};
-  }
+  if (r.chance(0.34)) return {"", a, b};
   if (r.chance(0.5)) {
     const Matrix3 turn = r.rotation();
     const Vector3 shift = r.chance(0.5) ? Vector3::Zero() : r.point(-10, 10);
@@ -96,9 +92,7 @@ SolidPair as_laid_or_turned(const Points& a, const Points& b, Random& r) {
 
 /// Often none, else of either sign from an ulp to a thousandth.
 double small_gap(Random& r) {
-  if (r.chance(0.5)) {
-    return 0;
-  }
+  if (r.chance(0.5)) return 0;
   return (r.chance(0.5) ? 1 : -1) * r.log_uniform(1e-16, 1e-3);
 }
 
@@ -111,11 +105,10 @@ SolidPair t_junctions(Random& r) {
     Points points = box(Vector3::Zero(), sides);
     for (int k = r.integer(0, 5); k > 0; --k) {
       const double t = r.chance(0.5) ? 0.5 : r.uniform(0.05, 0.95);
-      if (r.chance(0.7)) {
+      if (r.chance(0.7))
         add(points, {t * sides.x(), r.chance(0.5) ? 0.0 : sides.y(), bed});
-      } else {
+      else
         add(points, {r.chance(0.5) ? 0.0 : sides.x(), t * sides.y(), bed});
-      }
     }
     return points;
   };
@@ -189,9 +182,8 @@ double thickness_along(const Cell& cell, const Cut& plane) {
 /// How many vertices lie on the plane.
 int vertices_on(const Cell& cell, const Cut& plane) {
   int count = 0;
-  for (const Vector3& x : cell.vertices) {
+  for (const Vector3& x : cell.vertices)
     count += std::abs(plane.normal.dot(x) - plane.offset) < 1e-9 ? 1 : 0;
-  }
   return count;
 }
 
@@ -229,9 +221,8 @@ SolidPair voronoi(Random& r) {
     const std::array<Cell, 2> cells = r.chance(0.25)
                                           ? random_voronoi_cells(snap, r)
                                           : voronoi_cells(jitters[r.integer(0, 3)], snap, r);
-    if (cells[0].vertices.size() >= 4 && cells[1].vertices.size() >= 4) {
+    if (cells[0].vertices.size() >= 4 && cells[1].vertices.size() >= 4)
       return as_laid_or_turned(cells[0].points(), cells[1].points(), r);
-    }
   }
 }
 
@@ -241,16 +232,13 @@ SolidPair bumpy_faces(Random& r) {
     Points points = box({0, 0, bed}, {1, 1, bed + height});
     const int cells = r.integer(1, 4);
     for (int i = 0; i <= cells; ++i) {
-      for (int j = 0; j <= cells; ++j) {
-        if ((i % cells != 0 || j % cells != 0) && r.chance(0.8)) {
+      for (int j = 0; j <= cells; ++j)
+        if ((i % cells != 0 || j % cells != 0) && r.chance(0.8))
           add(points, {i / static_cast<double>(cells), j / static_cast<double>(cells),
                        bumped(bed, r.integer(-3, 3))});
-        }
-      }
     }
-    for (Eigen::Index v = 0; v < points.cols(); ++v) {
+    for (Eigen::Index v = 0; v < points.cols(); ++v)
       if (points(2, v) == bed) points(2, v) = bumped(bed, r.integer(-3, 3));
-    }
     return points;
   };
   const Vector3 shift(r.chance(0.5) ? 0.0 : 0.25 * r.integer(-3, 3), 0.25 * r.integer(0, 3),
@@ -392,9 +380,8 @@ Points frustum(Random& r) {
   const auto aside = [&] { return r.chance(0.5) ? 0 : r.uniform(-0.3, 0.3); };
   Points points = centred_box(random_sides(r));
   const double taper_x = share(), taper_y = share(), aside_x = aside(), aside_y = aside();
-  for (Eigen::Index v = 4; v < 8; ++v) {
+  for (Eigen::Index v = 4; v < 8; ++v)
     points.col(v) += Vector3(aside_x - taper_x * points(0, v), aside_y - taper_y * points(1, v), 0);
-  }
   return points;
 }
 
@@ -427,9 +414,8 @@ SolidPair frusta(Random& r) {
   const Vector3 shift(aside(), aside(), lift);
   SolidPair pair = as_laid_or_turned(a, moved(b, shift), r);
   const auto faces = geometry::make_box(-Vector3::Ones(), Vector3::Ones()).shared_topology();
-  for (Solid* solid : {&pair.a, &pair.b}) {
+  for (Solid* solid : {&pair.a, &pair.b})
     if (r.chance(0.5)) solid->topology = faces;
-  }
   return pair;
 }
 
@@ -451,9 +437,7 @@ SolidPair coplanar_caps(Random& r) {
   const double lift = (n.transpose() * a).maxCoeff() - (n.transpose() * b).minCoeff();
   const double gap = r.chance(0.5) ? -r.log_uniform(1e-6, 0.3) : small_gap(r);
   const Points beside = moved(b, (lift + gap) * n);
-  if (r.chance(0.4)) {
-    return {"", a, beside};
-  }
+  if (r.chance(0.4)) return {"", a, beside};
   const Matrix3 turn = sloppy_quarter_turn(r);
   const Vector3 shift = r.chance(0.5) ? Vector3::Zero() : r.point(-10, 10);
   // one by its placement, the other by its points: the planes coincide but for rounding

@@ -14,9 +14,8 @@ std::string number(double value) {
 template <class Matrix>
 std::string listed(const Matrix& values, const char* open, const char* close) {
   std::string text = open;
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
+  for (Eigen::Index i = 0; i < values.size(); ++i)
     text += (i == 0 ? "" : ", ") + number(values.data()[i]);
-  }
   return text + close;
 }
 
@@ -24,15 +23,13 @@ std::string listed(const Matrix& values, const char* open, const char* close) {
 std::string escaped(const std::string& text) {
   constexpr const char* kDigits = "0123456789abcdef";
   std::string safe;
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
+  for (const char c : text)
+    if (c == '"' || c == '\\')
       safe += {'\\', c};
-    } else if (c >= 0 && c < ' ') {
+    else if (c >= 0 && c < ' ')
       safe += {'\\', 'u', '0', '0', kDigits[c / 16], kDigits[c % 16]};
-    } else {
+    else
       safe += c;
-    }
-  }
   return safe;
 }
 
@@ -48,13 +45,10 @@ geometry::Matrix3 by_rows(const Solid& solid) { return solid.placed.placement.li
 
 std::string json(const Solid& solid) {
   std::string text;
-  for (Eigen::Index i = 0; i < solid.placed.points.cols(); ++i) {
+  for (Eigen::Index i = 0; i < solid.placed.points.cols(); ++i)
     text += (i == 0 ? "[" : ",") + listed(solid.placed.points.col(i), "[", "]");
-  }
   text += "]";
-  if (stands_in_own_frame(solid)) {
-    return text;
-  }
+  if (stands_in_own_frame(solid)) return text;
   const std::string place =
       listed(solid.placed.placement.translation, "[", ", ") + listed(by_rows(solid), "", "]");
   return "{\"points\":" + text + ",\"placement\":" + place + "}";

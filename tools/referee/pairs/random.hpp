@@ -37,9 +37,7 @@ class Random {
     for (;;) {
       const geometry::Vector3 point(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
       const double length = point.norm();
-      if (length > 0.1 && length <= 1.0) {
-        return point / length;
-      }
+      if (length > 0.1 && length <= 1.0) return point / length;
     }
   }
 
@@ -59,9 +57,7 @@ class Random {
         length += c * c;
       }
     } while (length > 1.0 || length < 0.01);
-    for (double& c : q) {
-      c /= std::sqrt(length);
-    }
+    for (double& c : q) c /= std::sqrt(length);
     const auto [w, x, y, z] = q;
     geometry::Matrix3 r;
     r << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),  //

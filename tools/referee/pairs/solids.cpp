@@ -36,9 +36,8 @@ std::vector<int> shuffled(int count, Random& random) {
 
 Points reordered(const Points& points, const std::vector<int>& order) {
   Points result(3, points.cols());
-  for (Eigen::Index v = 0; v < points.cols(); ++v) {
+  for (Eigen::Index v = 0; v < points.cols(); ++v)
     result.col(order[static_cast<std::size_t>(v)]) = points.col(v);
-  }
   return result;
 }
 
@@ -88,9 +87,8 @@ std::string code_of(const Solid& solid, const std::string& name) {
         << ", std::vector<std::vector<int>>{";
     for (int f = 0; f < solid.topology->face_count(); ++f) {
       out << (f == 0 ? "{" : ", {");
-      for (std::size_t i = 0; i < solid.topology->face(f).size(); ++i) {
+      for (std::size_t i = 0; i < solid.topology->face(f).size(); ++i)
         out << (i == 0 ? "" : ", ") << solid.topology->face(f)[i];
-      }
       out << "}";
     }
     out << "}, std::vector<HostedVertex>{";
@@ -104,9 +102,7 @@ std::string code_of(const Solid& solid, const std::string& name) {
     const std::array<double, 12> x = numbers_of(solid.placed.placement);
     out << "  Placement place_" << name << ";\n  place_" << name << ".translation << " << hex(x[0])
         << ", " << hex(x[1]) << ", " << hex(x[2]) << ";\n  place_" << name << ".linear << ";
-    for (std::size_t i = 3; i < 12; ++i) {
-      out << hex(x[i]) << (i == 11 ? ";\n" : ", ");
-    }
+    for (std::size_t i = 3; i < 12; ++i) out << hex(x[i]) << (i == 11 ? ";\n" : ", ");
     out << "  const Body body_" << name << "(" << name << ", place_" << name << ");\n";
   }
   return out.str();
@@ -115,27 +111,21 @@ std::string code_of(const Solid& solid, const std::string& name) {
 void write_solid(std::ostream& out, const Solid& solid) {
   const Points& points = solid.placed.points;
   out << points.cols() << ' ' << (solid.topology ? solid.topology->face_count() : 0) << '\n';
-  for (Eigen::Index v = 0; v < points.cols(); ++v) {
+  for (Eigen::Index v = 0; v < points.cols(); ++v)
     out << hex(points(0, v)) << ' ' << hex(points(1, v)) << ' ' << hex(points(2, v)) << '\n';
-  }
   for (int f = 0; solid.topology && f < solid.topology->face_count(); ++f) {
     out << solid.topology->face(f).size();
-    for (int v : solid.topology->face(f)) {
-      out << ' ' << v;
-    }
+    for (int v : solid.topology->face(f)) out << ' ' << v;
     out << '\n';
   }
   const std::vector<geometry::HostedVertex> no_corners =
       solid.topology ? solid.topology->hosted_vertices() : std::vector<geometry::HostedVertex>{};
   if (!no_corners.empty()) out << "hosted " << no_corners.size() << '\n';
-  for (const geometry::HostedVertex& at : no_corners) {
+  for (const geometry::HostedVertex& at : no_corners)
     out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
-  }
   if (!stands_in_own_frame(solid)) {
     out << "placed";
-    for (const double x : numbers_of(solid.placed.placement)) {
-      out << ' ' << hex(x);
-    }
+    for (const double x : numbers_of(solid.placed.placement)) out << ' ' << hex(x);
     out << '\n';
   }
 }
@@ -155,12 +145,9 @@ std::vector<geometry::HostedVertex> read_hosted(std::istream& in) {
   std::size_t count = 0;
   in >> word >> count;
   list.resize(count);
-  for (geometry::HostedVertex& at : list) {
+  for (geometry::HostedVertex& at : list)
     in >> at.vertex >> at.corners[0] >> at.corners[1] >> at.face;
-  }
-  if (!in) {
-    throw std::runtime_error("pair: the text ends early");
-  }
+  if (!in) throw std::runtime_error("pair: the text ends early");
   return list;
 }
 
@@ -168,34 +155,25 @@ Solid read_solid(std::istream& in) {
   int vertex_count = 0, face_count = 0;
   in >> vertex_count >> face_count;
   Points points(3, vertex_count);
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
-    points.data()[i] = read_number(in);
-  }
+  for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = read_number(in);
   std::vector<std::vector<int>> faces(static_cast<std::size_t>(face_count));
   for (std::vector<int>& face : faces) {
     std::size_t corners = 0;
     in >> corners;
     face.resize(corners);
-    for (int& v : face) {
-      in >> v;
-    }
+    for (int& v : face) in >> v;
   }
-  if (!in) {
-    throw std::runtime_error("pair: the text ends early");
-  }
+  if (!in) throw std::runtime_error("pair: the text ends early");
   const std::vector<geometry::HostedVertex> no_corners = read_hosted(in);
   Solid solid(points);
-  if (!faces.empty()) {
+  if (!faces.empty())
     solid.topology = std::make_shared<geometry::Topology>(vertex_count, faces, no_corners);
-  }
   in >> std::ws;
   if (in.peek() == 'p') {
     std::string word;
     in >> word;
     std::array<double, 12> numbers{};
-    for (double& x : numbers) {
-      x = read_number(in);
-    }
+    for (double& x : numbers) x = read_number(in);
     solid.placed.placement = placement_of(numbers);
   }
   return solid;
@@ -264,9 +242,8 @@ Solid mirrored(const Solid& solid, int axis) {
   place.linear.col(axis) *= -1;
   if (solid.topology) {
     std::vector<std::vector<int>> faces;
-    for (int f = 0; f < solid.topology->face_count(); ++f) {
+    for (int f = 0; f < solid.topology->face_count(); ++f)
       faces.emplace_back(solid.topology->face(f).rbegin(), solid.topology->face(f).rend());
-    }
     result.topology = std::make_shared<geometry::Topology>(solid.topology->vertex_count(), faces,
                                                            solid.topology->hosted_vertices());
   }
@@ -281,23 +258,18 @@ Solid renumbered(const Solid& solid, Random& random) {
   const int count = static_cast<int>(solid.placed.points.cols());
   const std::vector<int> order = shuffled(count, random);
   Solid result(reordered(solid.placed.points, order), solid.placed.placement);
-  if (!solid.topology) {
-    return result;
-  }
+  if (!solid.topology) return result;
   std::vector<std::vector<int>> faces;
   for (int f = solid.topology->face_count() - 1; f >= 0; --f) {
     std::vector<int> face;
-    for (int v : solid.topology->face(f)) {
-      face.push_back(order[static_cast<std::size_t>(v)]);
-    }
+    for (int v : solid.topology->face(f)) face.push_back(order[static_cast<std::size_t>(v)]);
     std::rotate(face.begin(), face.begin() + random.integer(0, static_cast<int>(face.size()) - 1),
                 face.end());
     faces.push_back(face);
   }
   std::vector<geometry::HostedVertex> no_corners = hosted(*solid.topology, order);
-  for (geometry::HostedVertex& at : no_corners) {  // the faces come the other way round
+  for (geometry::HostedVertex& at : no_corners)  // the faces come the other way round
     if (at.face >= 0) at.face = solid.topology->face_count() - 1 - at.face;
-  }
   result.topology = std::make_shared<geometry::Topology>(count, faces, no_corners);
   return result;
 }

@@ -54,9 +54,8 @@ Vector3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 void* make_hull(const quoin_referee_solid* solid) {
   auto* made = new PlacedHull;
-  for (const Vector3& point : quoin::referee::points_of(*solid)) {
+  for (const Vector3& point : quoin::referee::points_of(*solid))
     made->shape.addPoint(btVector3(point.x(), point.y(), point.z()), false);
-  }
   made->shape.recalcLocalAabb();
   made->shape.setMargin(0);
   return made;
@@ -72,20 +71,14 @@ quoin_referee_status ask_detector(void* a_solid, void* b_solid, void* memory,
   btVoronoiSimplexSolver simplex;
   btGjkEpaPenetrationDepthSolver depth_solver;
   btGjkPairDetector detector(&a.shape, &b.shape, &simplex, &depth_solver);
-  if (memory != nullptr) {
-    detector.setCachedSeparatingAxis(static_cast<Memory*>(memory)->axis);
-  }
+  if (memory != nullptr) detector.setCachedSeparatingAxis(static_cast<Memory*>(memory)->axis);
   btGjkPairDetector::ClosestPointInput input;
   input.m_transformA = a.place;
   input.m_transformB = b.place;
   btPointCollector found;
   detector.getClosestPoints(input, found, nullptr);
-  if (memory != nullptr) {
-    static_cast<Memory*>(memory)->axis = detector.getCachedSeparatingAxis();
-  }
-  if (!found.m_hasResult) {
-    return QUOIN_REFEREE_FAILED;
-  }
+  if (memory != nullptr) static_cast<Memory*>(memory)->axis = detector.getCachedSeparatingAxis();
+  if (!found.m_hasResult) return QUOIN_REFEREE_FAILED;
   const Vector3 normal = from_bullet(found.m_normalOnBInWorld);
   const Vector3 on_b = from_bullet(found.m_pointInWorld);
   answer->gap = found.m_distance;
@@ -102,9 +95,8 @@ quoin_referee_status ask_epa2(void* a_solid, void* b_solid, void*, quoin_referee
   const btVector3 guess = b.place.getOrigin() - a.place.getOrigin();
   btGjkEpaSolver2::sResults found;
   if (!btGjkEpaSolver2::Distance(&a.shape, a.place, &b.shape, b.place, guess, found) &&
-      !btGjkEpaSolver2::Penetration(&a.shape, a.place, &b.shape, b.place, guess, found, false)) {
+      !btGjkEpaSolver2::Penetration(&a.shape, a.place, &b.shape, b.place, guess, found, false))
     return QUOIN_REFEREE_FAILED;
-  }
   answer->gap = found.distance;
   copy(from_bullet(found.witnesses[0]), answer->point_a);
   copy(from_bullet(found.witnesses[1]), answer->point_b);
@@ -112,9 +104,7 @@ quoin_referee_status ask_epa2(void* a_solid, void* b_solid, void*, quoin_referee
 }
 
 void* make_box(const quoin_referee_solid* solid) {
-  if (solid->box_half[0] == 0) {
-    return nullptr;
-  }
+  if (solid->box_half[0] == 0) return nullptr;
   const double* half = solid->box_half;
   auto* made =
       new PlacedBox{btBoxShape(btVector3(half[0], half[1], half[2])), Vector3(solid->box_centre)};
@@ -149,9 +139,7 @@ AllPoints box_contacts(void* a_solid, void* b_solid) {
 
 quoin_referee_status ask_boxes(void* a, void* b, void*, quoin_referee_answer* answer) {
   const AllPoints found = box_contacts(a, b);
-  if (found.points.empty()) {
-    return QUOIN_REFEREE_NO_ANSWER;  // apart
-  }
+  if (found.points.empty()) return QUOIN_REFEREE_NO_ANSWER;  // apart
   const auto deepest = std::min_element(found.points.begin(), found.points.end(),
                                         [](const auto& p, const auto& q) { return p.gap < q.gap; });
   answer->gap = deepest->gap;

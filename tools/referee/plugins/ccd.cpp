@@ -20,9 +20,8 @@ struct PlacedPoints {
 void* make_solid(const quoin_referee_solid* solid) {
   auto* made = new PlacedPoints;
   made->points = quoin::referee::points_of(*solid);
-  for (const Vector3& point : made->points) {
+  for (const Vector3& point : made->points)
     made->middle += point / static_cast<double>(made->points.size());
-  }
   return made;
 }
 void free_solid(void* solid) { delete static_cast<PlacedPoints*>(solid); }
@@ -53,9 +52,7 @@ ccd_t settings(double tolerance) {
   ccd.support1 = ccd.support2 = support;
   ccd.center1 = ccd.center2 = centre;
   ccd.max_iterations = 500;  // it comes without a limit
-  if (tolerance > 0) {
-    ccd.epa_tolerance = ccd.mpr_tolerance = tolerance;
-  }
+  if (tolerance > 0) ccd.epa_tolerance = ccd.mpr_tolerance = tolerance;
   return ccd;
 }
 
@@ -73,16 +70,12 @@ quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) 
   const ccd_t ccd = settings(tolerance == Tolerance::Tight ? 1e-9 : 0);
   const int overlap =
       method == Method::Epa ? ccdGJKIntersect(a, b, &ccd) : ccdMPRIntersect(a, b, &ccd);
-  if (overlap == 0) {
-    return QUOIN_REFEREE_NO_ANSWER;  // apart
-  }
+  if (overlap == 0) return QUOIN_REFEREE_NO_ANSWER;  // apart
   ccd_real_t depth = 0;
   ccd_vec3_t normal{}, place{};
   const int failed = method == Method::Epa ? ccdGJKPenetration(a, b, &ccd, &depth, &normal, &place)
                                            : ccdMPRPenetration(a, b, &ccd, &depth, &normal, &place);
-  if (failed != 0) {
-    return QUOIN_REFEREE_FAILED;
-  }
+  if (failed != 0) return QUOIN_REFEREE_FAILED;
   answer->gap = -depth;
   std::copy_n(normal.v, 3, answer->normal);
   return QUOIN_REFEREE_ANSWERED;

@@ -25,16 +25,12 @@ struct Placed {
 };
 
 void* make_box(const quoin_referee_solid* solid) {
-  if (solid->box_half[0] == 0) {
-    return nullptr;
-  }
+  if (solid->box_half[0] == 0) return nullptr;
   return new Placed<fcl::Boxd>{fcl::Boxd(2 * Vector3(solid->box_half)), Vector3(solid->box_centre)};
 }
 
 void* make_convex(const quoin_referee_solid* solid) {
-  if (solid->face_count == 0) {
-    return nullptr;
-  }
+  if (solid->face_count == 0) return nullptr;
   const auto points = std::make_shared<std::vector<Vector3>>(quoin::referee::points_of(*solid));
   const auto faces = std::make_shared<std::vector<int>>();
   const int* next = solid->face_vertices;
@@ -64,15 +60,11 @@ enum class Tolerance { Default, Tight };
 
 template <Tolerance tolerance>
 void tighten(Libccd& solver) {
-  if (tolerance == Tolerance::Tight) {
-    solver.distance_tolerance = solver.collision_tolerance = 1e-12;
-  }
+  if (tolerance == Tolerance::Tight) solver.distance_tolerance = solver.collision_tolerance = 1e-12;
 }
 template <Tolerance tolerance>
 void tighten(Indep& solver) {
-  if (tolerance == Tolerance::Tight) {
-    solver.gjk_tolerance = solver.epa_tolerance = 1e-12;
-  }
+  if (tolerance == Tolerance::Tight) solver.gjk_tolerance = solver.epa_tolerance = 1e-12;
 }
 
 template <class Solver, Tolerance tolerance>
@@ -99,9 +91,8 @@ quoin_referee_status ask(void* a_solid, void* b_solid, void*, quoin_referee_answ
     return QUOIN_REFEREE_ANSWERED;
   }
   std::vector<fcl::ContactPointd> contacts;
-  if (!solver.shapeIntersect(a.shape, a.place, b.shape, b.place, &contacts) || contacts.empty()) {
+  if (!solver.shapeIntersect(a.shape, a.place, b.shape, b.place, &contacts) || contacts.empty())
     return QUOIN_REFEREE_FAILED;  // neither apart nor overlapping
-  }
   const fcl::ContactPointd& contact = contacts.front();
   answer->gap = -std::abs(contact.penetration_depth);  // the indep solver's has the other sign
   copy(contact.normal, answer->normal);

@@ -18,13 +18,9 @@ struct PlacedBox {
 };
 
 void* make_box(const quoin_referee_solid* solid) {
-  if (solid->box_half[0] == 0) {
-    return nullptr;
-  }
+  if (solid->box_half[0] == 0) return nullptr;
   auto* made = new PlacedBox{Vector3(solid->box_centre), {}, {}, {}};
-  for (int k = 0; k < 3; ++k) {
-    made->sides[k] = 2 * solid->box_half[k];
-  }
+  for (int k = 0; k < 3; ++k) made->sides[k] = 2 * solid->box_half[k];
   return made;
 }
 void free_box(void* solid) { delete static_cast<PlacedBox*>(solid); }
@@ -33,11 +29,9 @@ void place_box(void* solid, const quoin_referee_placement* placement) {
   PlacedBox& box = *static_cast<PlacedBox*>(solid);
   const quoin::referee::PeerPlacement place = quoin::referee::to_eigen(*placement);
   copy(place.translation + place.linear * box.centre, box.place);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
       box.rotation[4 * row + column] = place.linear(row, column);
-    }
-  }
 }
 
 constexpr int kMost = 8;
@@ -69,9 +63,8 @@ struct PlacedConvex {
 void add_plane(const int* face, int size, PlacedConvex& made) {
   const auto point = [&](int i) { return Vector3(made.points.data() + 3 * face[i]); };
   Vector3 normal = Vector3::Zero();  // Newell's: twice the area
-  for (int i = 0; i < size; ++i) {
+  for (int i = 0; i < size; ++i)
     normal += (point(i) - point(0)).cross(point((i + 1) % size) - point(0));
-  }
   normal.normalize();
   made.planes.insert(made.planes.end(), normal.begin(), normal.end());
   made.planes.push_back(normal.dot(point(0)));
@@ -80,9 +73,7 @@ void add_plane(const int* face, int size, PlacedConvex& made) {
 }
 
 void* make_convex(const quoin_referee_solid* solid) {
-  if (solid->face_count == 0) {
-    return nullptr;
-  }
+  if (solid->face_count == 0) return nullptr;
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
   auto* made = new PlacedConvex;
@@ -113,9 +104,7 @@ void place_convex(void* solid, const quoin_referee_placement* placement) {
   const PlacedConvex& made = *static_cast<PlacedConvex*>(solid);
   const quoin::referee::PeerPlacement place = quoin::referee::to_eigen(*placement);
   dMatrix3 rotation{};
-  for (int row = 0; row < 3; ++row) {
-    std::copy_n(placement->linear + 3 * row, 3, rotation + 4 * row);
-  }
+  for (int row = 0; row < 3; ++row) std::copy_n(placement->linear + 3 * row, 3, rotation + 4 * row);
   dGeomSetRotation(made.geometry, rotation);
   const Vector3 t = place.translation + place.linear * made.middle;
   dGeomSetPosition(made.geometry, t.x(), t.y(), t.z());
@@ -130,9 +119,7 @@ Contacts convex_contacts(void* a, void* b) {
   for (int i = 0; i < found.count; ++i) {
     if (i == 0 || found.points[i].depth > found.depth) {
       found.depth = found.points[i].depth;
-      for (int k = 0; k < 3; ++k) {
-        found.normal[k] = -found.points[i].normal[k];
-      }
+      for (int k = 0; k < 3; ++k) found.normal[k] = -found.points[i].normal[k];
     }
   }
   return found;
@@ -141,9 +128,7 @@ Contacts convex_contacts(void* a, void* b) {
 template <Contacts (*find)(void*, void*)>
 quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
   const Contacts found = find(a, b);
-  if (found.count == 0) {
-    return QUOIN_REFEREE_NO_ANSWER;  // apart
-  }
+  if (found.count == 0) return QUOIN_REFEREE_NO_ANSWER;  // apart
   answer->gap = -found.depth;
   std::copy_n(found.normal, 3, answer->normal);
   return QUOIN_REFEREE_ANSWERED;

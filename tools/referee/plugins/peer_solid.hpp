@@ -24,9 +24,7 @@ inline PeerPlacement to_eigen(const quoin_referee_placement& placement) {
 
 inline std::vector<Vector3> points_of(const quoin_referee_solid& solid) {
   std::vector<Vector3> points;
-  for (int i = 0; i < solid.point_count; ++i) {
-    points.emplace_back(solid.points + 3 * i);
-  }
+  for (int i = 0; i < solid.point_count; ++i) points.emplace_back(solid.points + 3 * i);
   return points;
 }
 

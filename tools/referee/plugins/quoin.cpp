@@ -58,9 +58,7 @@ void set_placement(void* solid, const quoin_referee_placement* placement) {
 }
 
 geometry::NearestFeatures nearest_of(void* a, void* b, void* memory) {
-  if (memory == nullptr) {
-    return nearest_features(body_of(a), body_of(b));
-  }
+  if (memory == nullptr) return nearest_features(body_of(a), body_of(b));
   geometry::FeatureHint& hint = *static_cast<geometry::FeatureHint*>(memory);
   const geometry::NearestFeatures nearest = nearest_features(body_of(a), body_of(b), {}, hint);
   hint = nearest.hint;
@@ -69,9 +67,7 @@ geometry::NearestFeatures nearest_of(void* a, void* b, void* memory) {
 
 quoin_referee_status ask(void* a, void* b, void* memory, quoin_referee_answer* answer) {
   const geometry::NearestFeatures nearest = nearest_of(a, b, memory);
-  if (nearest.status == geometry::PairStatus::NotConverged) {
-    return QUOIN_REFEREE_FAILED;
-  }
+  if (nearest.status == geometry::PairStatus::NotConverged) return QUOIN_REFEREE_FAILED;
   answer->gap = nearest.gap;
   copy(nearest.normal, answer->normal);
   copy(nearest.point_a, answer->point_a);
