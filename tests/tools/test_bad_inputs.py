@@ -2,7 +2,7 @@
 that names file, place, value and limit; no file is left behind.
 
 Each line of bad_inputs/cases.jsonl is a case:
-  set, remove   values by pointer and keys that go, in scene.json (or in `base`), which becomes bad.json
+  set, remove   values by pointer and keys that go, in scene.json (or in `base`), which becomes bad.json; behind a list's last entry: one more
   files         by name; %SCENE%, %CUBE%, %CORNERS% stand for scene.json, cube.obj and its vertices
   arguments     of quoin; "run bad.json" by default
   exit          codes that are right, 2 by default
@@ -56,7 +56,10 @@ def bad_scene(case):
     scene = json.loads((DATA / case.get("base", "scene.json")).read_text())
     for pointer, value in case.get("set", {}).items():
         at, key = place_of(scene, pointer)
-        at[key] = value
+        if isinstance(at, list) and key == len(at):
+            at.append(value)
+        else:
+            at[key] = value
     for pointer in case.get("remove", []):
         at, key = place_of(scene, pointer)
         del at[key]

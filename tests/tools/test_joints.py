@@ -151,15 +151,5 @@ class Joints(FolderTest):
             wanted = 3e4 * above * math.cos(math.radians(20)) - 5000 * 3 * (k == 1)
             self.assertAlmostEqual(summary["monitors"][f"joint{k}"]["force"][2], wanted, delta=1e-3)
 
-    def test_joints_that_mean_none_are_told(self):
-        for joint, said in (({"planes": "bedding"}, '/joints/0/planes: no face is of the plane "bedding"'),
-                            ({"where": "z > 9"}, "/joints/0: no faces that touch at the start are meant"),
-                            ({"where": "q > 9"}, "/joints/0/where"), ({}, '/joints/0: needs "between"'),
-                            ({"blocks": ["drum1", "moon"]}, "/joints/0/blocks/1")):
-            (self.folder / "scene.json").write_text(json.dumps(self.drums(joints=[{**joint, "friction_angle_deg": 10}])))
-            done = subprocess.run([QUOIN, "run", self.folder / "scene.json"], capture_output=True, text=True, timeout=60)
-            self.assertEqual(done.returncode, 2)
-            self.assertIn(said, done.stderr)
-
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)
