@@ -214,10 +214,6 @@ def test_bad_lines():
             expect(answer["id"] == line["id"], f"{line}: id {answer['id']}")
     expect(answers[17]["id"] == 9, "the id of a line that is no JSON, where it can be read")
     expect(all(a["gap"] == 2.0 for a in answers[::2]), "the rest go on")
-    missing = subprocess.run([QUOIN, "contact", "--pairs", "no/such/file"], capture_output=True)
-    expect(missing.returncode == 1 and b"no/such/file" in missing.stderr, "a file that is not there")
-    code, _ = ask([good], "--reach", "-1")
-    expect(code == 2, "a negative reach")
     expect(ask([]) == (0, []), "no lines, no answers")
 
 

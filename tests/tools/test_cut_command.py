@@ -42,12 +42,5 @@ class Cut(FolderTest):
         self.assertEqual(sum(line.startswith("o ") for line in lines), 4)
         self.assertEqual(lines.count("usemtl bed"), 6)  # two faces of each of three planes
 
-    def test_what_is_no_cut(self):
-        self.assertEqual(self.quoin("cut", self.written({**column(), "cut": None})).returncode, 2)
-        wrong = self.written(column(cuts=[{"type": "plane", "dip_deg": 0, "pont": [0, 0, 0]}]))
-        refused = self.quoin("run", wrong, "--out", "none")
-        self.assertEqual(refused.returncode, 2)
-        self.assertIn("/cut/cuts/0", refused.stderr)
-
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -70,14 +70,6 @@ class Import(FolderTest):
                 self.assertAlmostEqual(float(rows[1][key]), float(found["parts"][1][1][key]), delta=1e-9, msg=name)
             self.assertAlmostEqual(told["base_reaction"][2], -80000, delta=1e-3)
 
-    def test_what_cannot_be_joined_is_told(self):
-        stones = [{"name": n, "kind": k, "material": "stone", "shape": box([i, 0, 0], [i + 1, 1, 1])}
-                  for i, (n, k) in enumerate([("a", "rigid"), ("b", "deformable")])]
-        (self.folder / "scene.json").write_text(json.dumps(self.scene_with(stones, join=[{"blocks": ["a", "b"]}])))
-        done = self.quoin("run", "scene.json")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn('/join/0/blocks: "b" differs from "a"', done.stderr)
-
     def test_a_brick_file_becomes_a_scene(self):
         cube = [f"{x},{y},{z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
         high = [f"{x},{y},{z}" for x in (0, 1) for y in (1, 2) for z in (0, 1)]
@@ -88,17 +80,6 @@ class Import(FolderTest):
         told = self.quoin("run", "bricks.json", "--json")
         self.assertEqual(told.returncode, 0, told.stderr)
         self.assertAlmostEqual(json.loads(told.stdout)["base_reaction"][1], -1700 * 9.81, delta=1e-6)
-
-    def test_bad_files_are_told_in_one_line(self):
-        for name, text, said in (("bad.txt", "1,2,3\n", "bad.txt: line 1: a block has"),
-                                 ("bad.dxf", "0\n3DFACE\n10\n?\n", "bad.dxf: line 4"),
-                                 ("open.obj", ell().rsplit("\n", 2)[0] + "\n", "can't be split"),
-                                 ("none.xyz", "", "state one of compas")):
-            (self.folder / name).write_text(text)
-            done = self.quoin("import", name, *(["--format", "chrono"] if name == "bad.txt" else []))
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertEqual(done.stderr.count("\n"), 1)
-            self.assertIn(said, done.stderr)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -66,22 +66,5 @@ class Records(FolderTest):
         self.assertAlmostEqual(end["displacement"][0], 0.2 - 2 * 0.15, places=12)
         self.assertEqual(end["velocity"][0], -2)
 
-    def test_what_cannot_be_read_is_told_with_its_place(self):
-        jump = {"table": [[0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 1, 0, 0]]}
-        for motion, said in (({"acceleration": self.record(value="ay")}, 'has no column "ay"'),
-                             ({"acceleration": self.record(value="note")},
-                              'line 2, column "note": must be a number, is "x"'),
-                             ({"velocity": self.record(baseline="at_rest")}, "only an acceleration can be corrected"),
-                             ({"acceleration": self.record(csv="none.csv")}, "none.csv: can't be read"),
-                             ({"acceleration": self.record(along=[0, 0, 0])}, "/along: must not be zero"),
-                             ({"displacement": jump}, "a displacement can't jump"),
-                             ({"velocity": {"table": jump["table"] + [[0.1, 2, 0, 0]]}}, "each at most twice"),
-                             ({"velocity": {"table": [[1, 0, 0, 0], [0, 0, 0, 0]]}}, "times must ascend")):
-            done = self.run_scene(motion)
-            self.assertIn(done.returncode, (1, 2))
-            self.assertIn(said, done.stderr)
-        (self.folder / "quake.csv").write_text("t,ax\n0,1\n2,1\n1,1\n")
-        self.assertIn("1 comes after 2", self.run_scene({"acceleration": self.record()}).stderr.replace(".0", ""))
-
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

@@ -47,13 +47,6 @@ class SceneCommands(FolderTest):
         done = quoin("info", path)
         self.assertEqual(done.returncode, 2)
         self.assertIn("is not closed: its faces enclose", done.stdout)
-        path.write_text("OFF 1 1 0\n")
-        done = quoin("info", path)
-        self.assertEqual(done.returncode, 2)
-        self.assertEqual(done.stderr.count("\n"), 1)
-        self.assertIn("open.off: line 1: the file ends before vertex 0 of 1", done.stderr)
-        self.assertEqual(quoin("info", self.folder / "none.off").returncode, 1)
-        self.assertEqual(quoin("info", self.folder).returncode, 2)
 
     def test_check_tells_what_would_run(self):
         done = quoin("check", SOURCE / "tools" / "scenes" / "paper" / "incline.json", "--json")
@@ -88,7 +81,6 @@ class SceneCommands(FolderTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("overlap 0.01 m: ground, b0", done.stdout)
         self.assertIn("without support: b1", done.stdout)
-        self.assertEqual(quoin("check", self.folder / "none.json").returncode, 1)
 
     def test_check_leaves_out_blocks_that_a_stage_adds(self):
         scene = self.boxes(0, 0)
@@ -198,30 +190,10 @@ class SceneCommands(FolderTest):
         moved = summary["monitors"]["wedge"]["displacement"]
         self.assertAlmostEqual(moved[0] / (0.5 * fall * 0.5**2 * cos(psi)), 1, places=6)
 
-    def test_make_refuses_what_makes_no_scene(self):
-        self.assertEqual(quoin("make").returncode, 2)
-        self.assertEqual(quoin("make", "wall", "--length", "-1").returncode, 2)
-        self.assertEqual(quoin("make", "wall", "--out", "").returncode, 2)
+    def test_make_keeps_what_it_did_not_make(self):
         kept = self.scene({"title": "a scene that was made and changed"})
         self.assertEqual(quoin("make", "wall", "--out", kept).returncode, 1)
         self.assertIn("changed", kept.read_text())
-        self.assertEqual(quoin("make", "slope", "--face-dip-deg", "30").returncode, 2)
-        self.assertEqual(quoin("make", "arch", "--angle-deg", "270", "--blocks", "2").returncode, 2)
-        done = quoin("make", "wall", "--out", self.folder / "none" / "wall.json")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("can't be written: No such file", done.stderr)
-        for shape in SHAPES:
-            done = quoin("make", shape, "--end-time", 0)
-            self.assertEqual(done.returncode, 2, shape)
-            self.assertIn("--end-time: must lie in", done.stderr)
-
-    def test_sizes_that_are_too_many_blocks_are_refused(self):
-        for words in ("wall --length 1e6 --height 1e6", "wall --length 3000 --height 1000",
-                      "struck-wall --length 1e6 --block-length 1e-6", "vault --length 1e6 --block-length 1e-3",
-                      "dome --rings 2000 --segments 501", "jointed-slope --rows 1000 --columns 1000 --sheets 2"):
-            done = quoin_within(230000, "make", *words.split())
-            self.assertEqual((done.returncode, done.stdout), (2, ""), words)
-            self.assertRegex(done.stderr, r"\Aquoin: would have \S+ blocks, at most 1000000 are made\n\Z")
 
     def test_out_of_memory_is_told(self):
         for words in ("wall --length 1000 --height 160", "pile --blocks 1000000"):
