@@ -14,19 +14,7 @@ namespace {
 Peers make_peers(bool settings) {
   Peers peers;
   append_quoin(peers, settings);
-#ifdef QUOIN_BENCH_FCL
-  append_fcl(peers, settings);
-#endif
-#ifdef QUOIN_BENCH_CCD
-  append_ccd(peers, settings);
-#endif
-#ifdef QUOIN_BENCH_BULLET
-  append_bullet(peers, settings);
-#endif
-#ifdef QUOIN_BENCH_ODE
-  append_ode(peers);
-#endif
-  append_floor(peers);
+  append_plugins(peers);
   return peers;
 }
 
@@ -159,7 +147,7 @@ int main(int argc, char** argv) {
   std::vector<Contest> contests;
   for (const std::string& name : distance_workload_names()) {
     contests.push_back(
-        {name, name.starts_with("W5") ? "libccd EPA 1e-12" : "FCL libccd Convex",
+        {name, name.starts_with("W5") ? "libccd EPA 1e-9" : "FCL libccd",
          [name](const Arguments& arguments) { return run_workload(name, arguments); }, false,
          true});
   }

@@ -73,65 +73,14 @@ class ManifoldPeer {
   std::string name_;
 };
 
-/// Shapes and the poses of one step, in the types of a peer.
-template <class PeerShape, class Transform>
-class Placed {
- public:
-  explicit Placed(Transform (*transform)(const Pose&)) : transform_(transform) {}
-
-  /// make(shape): a unique_ptr to the peer's own.
-  template <class Make>
-  void load(const Workload& workload, const Make& make) {
-    workload_ = &workload;
-    shapes_.clear();
-    for (const BenchShape& shape : workload.shapes) shapes_.push_back(make(shape));
-    place(0);
-  }
-  void place(int step) {
-    poses_.clear();
-    for (const Pair& pair : workload_->pairs) {
-      poses_.push_back(transform_(pair.poses_a[index(step)]));
-      poses_.push_back(transform_(pair.poses_b[index(step)]));
-    }
-  }
-  const PeerShape& a(int p) const { return *shapes_[index(pair(p).shape_a)]; }
-  const PeerShape& b(int p) const { return *shapes_[index(pair(p).shape_b)]; }
-  const Transform& pose_a(int p) const { return poses_[2 * index(p)]; }
-  const Transform& pose_b(int p) const { return poses_[2 * index(p) + 1]; }
-  std::size_t pair_count() const { return workload_->pairs.size(); }
-
- private:
-  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  const Pair& pair(int p) const { return workload_->pairs[index(p)]; }
-
-  Transform (*transform_)(const Pose&);
-  const Workload* workload_ = nullptr;
-  std::vector<std::unique_ptr<PeerShape>> shapes_;
-  std::vector<Transform> poses_;
-};
-
 using Peers = std::vector<std::unique_ptr<Peer>>;
 using ManifoldPeers = std::vector<std::unique_ptr<ManifoldPeer>>;
 
-/// `settings`: also the variants that only differ in tolerance or number of iterations.
+/// `settings`: also the variants that only differ in the number of iterations.
 void append_quoin(Peers& peers, bool settings);
 void append_quoin(ManifoldPeers& peers);
-/// What no answer can do without.
-void append_floor(Peers& peers);
-#ifdef QUOIN_BENCH_FCL
-void append_fcl(Peers& peers, bool settings);
-void append_fcl(ManifoldPeers& peers);
-#endif
-#ifdef QUOIN_BENCH_CCD
-void append_ccd(Peers& peers, bool settings);
-#endif
-#ifdef QUOIN_BENCH_BULLET
-void append_bullet(Peers& peers, bool settings);
-void append_bullet(ManifoldPeers& peers);
-#endif
-#ifdef QUOIN_BENCH_ODE
-void append_ode(Peers& peers);
-void append_ode(ManifoldPeers& peers);
-#endif
+/// The libraries of the referee's plug-ins that were built.
+void append_plugins(Peers& peers);
+void append_plugins(ManifoldPeers& peers);
 
 }  // namespace quoin::bench

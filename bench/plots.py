@@ -17,7 +17,7 @@ QUOIN = "#0072B2"
 
 COLOURS = {"quoin": "#c1272d", "FCL libccd": "#1f77b4", "FCL indep": "#7fb2dd", "FCL Box": "#08519c",
            "FCL tree": "#1f77b4", "libccd": "#6a51a3", "Bullet": "#2ca02c", "ODE": "#ff7f0e",
-           "find": "#c1272d", "floor": "#555555"}
+           "find": "#c1272d"}
 
 
 def colour(peer):
@@ -64,7 +64,7 @@ def errors(result, path):
     floor = 1e-20
     by_workload = groups(result)
     chosen = [(title, [e for e in by_workload[workload] if e["nanoseconds"] and not e["note"].startswith("on ")
-                       and not e["peer"].startswith(("floor", "published"))])
+                       and not e["peer"].startswith("published")])
               for workload, title in PANELS.items() if workload in by_workload]
     figure, axes = plt.subplots(2, 4, figsize=(15, 7.4), sharey=True, squeeze=False)
     for axis in axes.flat[len(chosen):]:

@@ -35,9 +35,14 @@ void support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* result
   const auto& solid = *static_cast<const PlacedPoints*>(object);
   const Vector3 d =
       solid.place.linear.transpose() * Vector3(direction->v[0], direction->v[1], direction->v[2]);
-  const auto best =
-      std::max_element(solid.points.begin(), solid.points.end(),
-                       [&](const Vector3& p, const Vector3& q) { return p.dot(d) < q.dot(d); });
+  const Vector3* best = nullptr;
+  double most = -HUGE_VAL;
+  for (const Vector3& point : solid.points) {
+    const double along = point.dot(d);
+    if (along <= most) continue;
+    best = &point;
+    most = along;
+  }
   to_ccd(solid.place.linear * *best + solid.place.translation, result);
 }
 
@@ -68,13 +73,11 @@ enum class Tolerance { Default, Tight };
 template <Method method, Tolerance tolerance>
 quoin_referee_status ask(void* a, void* b, void*, quoin_referee_answer* answer) {
   const ccd_t ccd = settings(tolerance == Tolerance::Tight ? 1e-9 : 0);
-  const int overlap =
-      method == Method::Epa ? ccdGJKIntersect(a, b, &ccd) : ccdMPRIntersect(a, b, &ccd);
-  if (overlap == 0) return QUOIN_REFEREE_NO_ANSWER;  // apart
   ccd_real_t depth = 0;
   ccd_vec3_t normal{}, place{};
   const int failed = method == Method::Epa ? ccdGJKPenetration(a, b, &ccd, &depth, &normal, &place)
                                            : ccdMPRPenetration(a, b, &ccd, &depth, &normal, &place);
+  if (failed == -1) return QUOIN_REFEREE_NO_ANSWER;  // apart
   if (failed != 0) return QUOIN_REFEREE_FAILED;
   answer->gap = -depth;
   std::copy_n(normal.v, 3, answer->normal);
