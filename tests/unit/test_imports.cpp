@@ -21,6 +21,7 @@ std::string dxf_face(const std::string& layer, const std::array<std::array<int, 
   std::string text = "0\n3DFACE\n 8\n" + layer + "\n";
   for (int c = 0; c < 4; ++c) {
     for (int axis = 0; axis < 3; ++axis) {
+      if (axis == 2 && corners[static_cast<std::size_t>(c)][2] == 0) continue;  // may be left out
       text += " " + std::to_string(10 * (axis + 1) + c) + "\n" +
               std::to_string(corners[static_cast<std::size_t>(c)][static_cast<std::size_t>(axis)]) +
               ".0\n";
@@ -108,8 +109,8 @@ TEST_CASE("Chrono: brick files with and without density, blocks of several hulls
   const std::string tetrahedron = "1,0,0, 2,0,0, 1,1,0, 1,0,1";
   const std::vector<MeshBlock> blocks =
       read_chrono("0,1,1,1, 0,0,0, 0,0,0, " + cube + "\n7,0,1,1,1800, 0,0,0, 0,0,0, " + cube +
-                  ", 9999, " + tetrahedron + "\n");
-  REQUIRE(blocks.size() == 3);
+                  ", 9999, " + tetrahedron + "\n8,0,1, 0,0,0, 0,0,0, " + cube + "\n");
+  REQUIRE(blocks.size() == 4);
   CHECK(blocks[0].is_support);
   CHECK(blocks[0].density == 0);
   CHECK(blocks[1].density == 1800);
@@ -167,8 +168,15 @@ $$$$$$
   REQUIRE(plane.size() == 1);
   CHECK_THAT(volume_of(plane[0]), WithinRel(1.6, 1e-13));
   CHECK_THAT(plane[0].vertices.row(1).maxCoeff(), WithinRel(2.0, 1e-13));  // turned
+  const std::vector<MeshBlock> old = read_lmgc90(  // keys of other programs, a number twice
+      body(1, " PLANx  1  color  VERTx  coo1= 2.0D+00  coo2= 1.0D+00  coor= 1.0D-01\n") +
+          body(1, std::string(polyr).replace(polyr.find("nb_faces"), 8, "nb_face ")),
+      "");
+  REQUIRE(old.size() == 2);
+  CHECK(old[1].id == "RBDY3_2");
+  CHECK_THAT(volume_of(old[0]) + volume_of(old[1]), WithinRel(1.6 + 1.0 / 3, 1e-13));
   CHECK_THROWS_WITH(read_lmgc90(body(1, " PLANx 1 color VERTx axe1= 1.0 axe2= 1.0\n"), ""),
-                    ContainsSubstring("axe3"));
+                    ContainsSubstring("three numbers"));
   CHECK_THROWS_WITH(read_lmgc90(body(1, polyr.substr(0, 300)), ""), ContainsSubstring("line 1"));
   CHECK_THROWS_WITH(read_lmgc90(body(1, " SPHER  1 color BLUEx byrd= 1.0\n"), ""),
                     ContainsSubstring("\"SPHER\" is not imported"));

@@ -4,8 +4,8 @@
 
 namespace quoin::scene_file {
 
-/// ID, fixed, visible, yielding, [density,] force (3), reference (3), corners (3 each); 9999 stands
-/// between the hulls of one block. Forces are left out.
+/// ID, fixed, visible, [yielding, [density,]] force (3), reference (3), corners (3 each); 9999
+/// stands between the hulls of one block. Forces are left out.
 std::vector<MeshBlock> read_chrono(std::string_view text) {
   constexpr double kNextHull = 9999;
   std::vector<MeshBlock> blocks;
@@ -14,17 +14,15 @@ std::vector<MeshBlock> read_chrono(std::string_view text) {
   while (lines.next()) {
     const std::size_t count = lines.words().size();
     std::vector<std::size_t> ends;  // of hulls, in words
-    for (std::size_t i = 10; i < count; ++i)
+    for (std::size_t i = 9; i < count; ++i)
       if (lines.real(i) == kNextHull) ends.push_back(i);
-    const bool has_density = (count - ends.size()) % 3 == 2;
-    if ((count - ends.size()) % 3 == 0 || count < 22) {
-      lines.fail(
-          "a block has 10 numbers, or 11 with its density, and three for each of at least "
-          "4 corners, not " +
-          std::to_string(count));
+    std::size_t first = 9 + (count - ends.size()) % 3;
+    const bool has_density = first == 11;
+    if (count < first + 12) {
+      lines.fail("a block has 9 to 11 numbers and three for each of at least 4 corners, not " +
+                 std::to_string(count));
     }
     ends.push_back(count);
-    std::size_t first = has_density ? 11 : 10;
     const std::string id(lines.words()[0]);
     for (std::size_t hull = 0; hull < ends.size(); first = ends[hull++] + 1) {
       if (first == ends[hull] || (ends[hull] - first) % 3 != 0) {

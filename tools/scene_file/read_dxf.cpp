@@ -113,6 +113,7 @@ class DxfReader {
     if (is_new) surface_.groups.push_back(group->first);
     surface_.face_group.push_back(group->second);
     given_ = 0;
+    corner_ = {};  // a plane one may leave out its z
     in_face_ = false;
   }
 

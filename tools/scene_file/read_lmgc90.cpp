@@ -24,7 +24,7 @@ std::string plain(std::string_view text) {
   return result;
 }
 
-/// The numbers behind three keys of a line.
+/// The numbers behind three keys of a line, the first of them at word `first`.
 Vector3 three(Lines& lines, std::string_view key, std::size_t first = 0) {
   if (lines.words().size() < first + 6 || !lines.words()[first].starts_with(key))
     lines.fail("three numbers " + std::string(key) + "… are missing");
@@ -59,14 +59,11 @@ std::map<long, Frame> frames(const std::string& text) {
   return result;
 }
 
-/// A POLYR from its line on; corners are seen from `place`.
+/// A POLYR from its line on; corners are seen from `place`. LMGC90 reads by columns: what the keys
+/// are called (nb_faces, nb_face) differs between the programs that write such files.
 MeshBlock polyr(Lines& lines, const Vector3& place, const Matrix3& axes) {
-  const auto counted = [&](std::string_view key) {
-    for (std::size_t i = 0; i + 1 < lines.words().size(); ++i)
-      if (lines.words()[i] == key) return lines.integer(i + 1);
-    lines.fail(std::string(key) + " is missing");
-  };
-  const long vertices = counted("nb_vertex"), faces = counted("nb_faces");
+  if (lines.words().size() < 8) lines.fail("nb_vertex and nb_faces are missing");
+  const long vertices = lines.integer(5), faces = lines.integer(7);
   if (vertices < 4 || faces < 4) lines.fail("a POLYR has at least 4 vertices and 4 faces");
   MeshBlock mesh;
   mesh.vertices.resize(3, vertices);
@@ -88,14 +85,9 @@ MeshBlock polyr(Lines& lines, const Vector3& place, const Matrix3& axes) {
 }
 
 /// A PLANx: a box by its half lengths.
-MeshBlock planx(const Lines& lines, const Vector3& place, const Matrix3& axes) {
-  Vector3 half = Vector3::Zero();
-  for (std::size_t i = 0; i + 1 < lines.words().size(); ++i) {
-    const std::string_view word = lines.words()[i];
-    for (int axis = 0; axis < 3; ++axis)
-      if (word == "axe" + std::to_string(axis + 1)) half[axis] = lines.real(i + 1);
-  }
-  if (!(half.minCoeff() > 0.0)) lines.fail("a PLANx has axe1, axe2 and axe3, greater than 0");
+MeshBlock planx(Lines& lines, const Vector3& place, const Matrix3& axes) {
+  const Vector3 half = three(lines, "", 4);
+  if (!(half.minCoeff() > 0.0)) lines.fail("the half lengths of a PLANx must be greater than 0");
   std::vector<std::array<double, 3>> corners;
   for (unsigned c = 0; c < 8; ++c) {
     const Vector3 signs((c & 1U) ? 1.0 : -1.0, (c & 2U) ? 1.0 : -1.0, (c & 4U) ? 1.0 : -1.0);
@@ -124,7 +116,7 @@ std::vector<MeshBlock> read_lmgc90(std::string_view text, std::string_view dof) 
     const std::string_view word = lines.words()[0];
     if (word == "RBDY3" && lines.words().size() > 1) {
       end_body();
-      number = lines.integer(1);
+      ++number;  // LMGC90 counts; the file may have a number twice
     } else if (word == "NO6xx") {
       place = three(lines, "coo1", 2) + turned[number].translation;
     } else if (word == "POLYR" || word == "PLANx") {
