@@ -70,6 +70,15 @@ class Import(FolderTest):
                 self.assertAlmostEqual(float(rows[1][key]), float(found["parts"][1][1][key]), delta=1e-9, msg=name)
             self.assertAlmostEqual(told["base_reaction"][2], -80000, delta=1e-3)
 
+    def test_parts_that_overlap_are_told(self):
+        for high, said in ((1, 0), (0.9, 1)):
+            stone = {"name": "tee", "kind": "rigid", "material": "stone",
+                     "parts": [box([0, 0, 0], [2, 1, 1]), box([0.5, 0, high], [1.5, 1, 2])]}
+            (self.folder / "scene.json").write_text(json.dumps(self.scene_with([stone])))
+            for done in (self.quoin("check", "scene.json"), self.quoin("run", "scene.json")):
+                self.assertEqual((done.stdout + done.stderr).count(
+                    'block "tee": its parts 0 and 1 overlap by 0.1 m, more than 1e-3 of the smaller one'), said)
+
     def test_a_brick_file_becomes_a_scene(self):
         cube = [f"{x},{y},{z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
         high = [f"{x},{y},{z}" for x in (0, 1) for y in (1, 2) for z in (0, 1)]

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <quoin/geometry/mass_properties.hpp>
+#include <quoin/geometry/queries.hpp>
 #include <set>
 #include <sstream>
 
@@ -79,6 +80,7 @@ class Reader {
     read_blocks();
     each("join", [&](const json& value, const std::string& pointer) { read_join(value, pointer); });
     set_properties();
+    tell_overlapping_parts();
     check_supports();
     read_joints();
     each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
@@ -337,6 +339,35 @@ class Reader {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       if (index_of_.try_emplace(blocks[b].name, static_cast<int>(b)).second) continue;
       throw SceneError(pointer + "/name", "there are two blocks named " + shown(blocks[b].name));
+    }
+  }
+
+  /// The first compound of which parts overlap by more than blocks may: their mass counts twice.
+  void tell_overlapping_parts() {
+    constexpr double kMost = 1e-3;  // of the smaller part
+    std::set<const void*> seen;
+    for (const solver::Block& block : file_.scene.blocks) {
+      if (block.parts == nullptr || !seen.insert(block.parts.get()).second) continue;
+      const std::vector<geometry::Shape>& parts = *block.parts;
+      for (std::size_t b = 1; b < parts.size(); ++b) {
+        for (std::size_t a = 0; a < b; ++a) {
+          const geometry::Box &box_a = parts[a].box(), &box_b = parts[b].box();
+          if (((box_a.min.cwiseMax(box_b.min)).array() > box_a.max.cwiseMin(box_b.max).array())
+                  .any())
+            continue;
+          const double size =
+              std::min((box_a.max - box_a.min).norm(), (box_b.max - box_b.min).norm());
+          const auto found =
+              geometry::nearest_features_within({parts[a], {}}, {parts[b], {}}, -kMost * size);
+          if (!found) continue;
+          std::ostringstream line;
+          line << "block " << shown(block.name) << ": its parts " << a << " and " << b
+               << " overlap by " << -found->gap
+               << " m, more than 1e-3 of the smaller one: mass counts twice there";
+          file_.notes.push_back(line.str());
+          return;
+        }
+      }
     }
   }
 
