@@ -33,8 +33,8 @@ class Records(FolderTest):
                  **more}
         return self.quoin("run", self.written(scene), "--json")
 
-    def end_of(self, motion):
-        done = self.run_scene(motion)
+    def end_of(self, motion, **more):
+        done = self.run_scene(motion, **more)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)["monitors"]["table"]
 
@@ -55,10 +55,21 @@ class Records(FolderTest):
             self.assertAlmostEqual(found, exact, places=12)
 
     def test_a_corrected_record_ends_at_rest_where_it_began(self):
-        end = self.end_of({"acceleration": self.record(scale=9.81, baseline="at_rest")})
-        for key in ("velocity", "displacement"):
-            self.assertLess(max(map(abs, end[key])), 1e-13, key)
+        for end_time in (0.6, 1.6):
+            end = self.end_of({"acceleration": self.record(scale=9.81, baseline="at_rest")}, end_time=end_time)
+            for key in ("velocity", "displacement"):
+                self.assertLess(max(map(abs, end[key])), 1e-13, key)
         self.assertGreater(abs(integrated(RECORD)[1]), 1e-3)  # there was something to correct
+
+    def test_a_load_that_skips_values_is_told(self):
+        load = {"type": "point", "block": "table", "point": [0.5, 0.5, 0.5], "force": self.record()}
+        blocks = [{"name": "table", "kind": "rigid", "material": "stone",
+                   "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}]
+        for time_step, said in ((0.3, "/loads/0/force: a value each 0.15 s, taken once a time step of 0.3 s"), (0.1, "")):
+            done = self.run_scene({}, materials={"stone": {"density": 2000}}, blocks=blocks, loads=[load],
+                                  time_step=time_step)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(bool(said), bool(done.stderr))
 
     def test_a_table_may_jump(self):
         table = [[0, 0, 0, 0], [0.25, 0, 0, 0], [0.25, 1, 0, 0], [0.45, 1, 0, 0], [0.45, -2, 0, 0]]

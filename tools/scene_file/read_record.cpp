@@ -124,6 +124,11 @@ void correct_baseline(Record& record) {
   const Vector3 constant = 6 * arm - 2 * mean, slope = (6 * mean - 12 * arm) / length;
   for (std::size_t i = 0; i < record.times.size(); ++i)
     record.values[i] -= constant + slope * (record.times[i] - start);
+  if (const double end = record.times.back(); record.times.end()[-2] < end) {
+    record.times.push_back(end);
+    record.values.emplace_back();
+  }
+  record.values.back() = Vector3::Zero();  // it rests from then on
 }
 
 }  // namespace quoin::scene_file

@@ -22,7 +22,8 @@ Record read_record(const nlohmann::json& value, const std::string& path,
                    const std::string& pointer);
 
 /// Takes the line c0 + c1 t from an acceleration record, component by component, with which
-/// velocity and displacement, integrated exactly from rest at its first time, are zero at its last.
+/// velocity and displacement, integrated exactly from rest at its first time, are zero at its last,
+/// and stay so: a jump to zero ends the record.
 void correct_baseline(Record& record);
 
 }  // namespace quoin::scene_file

@@ -91,6 +91,7 @@ class Reader {
          [&](const json& face, const std::string& pointer) { read_quiet_face(face, pointer); });
     read_options();
     read_stages();
+    tell_sampling();
     each("monitors",
          [&](const json& monitor, const std::string& pointer) { read_monitor(monitor, pointer); });
     each("references",
@@ -100,6 +101,20 @@ class Reader {
   }
 
  private:
+  /// Motions are exact integrals of their records; other functions are taken once a step.
+  void tell_sampling() {
+    double step = 0.0;
+    for (const Stage& stage : file_.stages)
+      if (stage.analysis == solver::Analysis::Dynamic) step = std::max(step, stage.time_step);
+    for (const auto& [pointer, interval] : sampled_) {
+      if (!(interval < 0.999 * step)) continue;
+      std::ostringstream line;
+      line << pointer << ": a value each " << interval << " s, taken once a time step of " << step
+           << " s, at its middle";
+      file_.notes.push_back(line.str());
+    }
+  }
+
   template <typename Read>
   void each(const char* key, const Read& read_one) {
     const json none = json::array();
@@ -116,6 +131,9 @@ class Reader {
       if (value.contains("baseline") && !pointer.ends_with("/acceleration"))
         throw SceneError(pointer + "/baseline", "only an acceleration can be corrected");
       Record record = read_record(value, records_.back(), pointer);
+      const double length = record.times.back() - record.times.front();
+      if (pointer.find("/motion/") == std::string::npos)
+        sampled_.emplace_back(pointer, length / static_cast<double>(record.times.size() - 1));
       return solver::interpolate(std::move(record.times), std::move(record.values));
     }
     if (value.contains("table")) {
@@ -1455,7 +1473,8 @@ class Reader {
   std::map<std::string, std::vector<NamedFace>> faces_;  ///< of blocks whose shapes name planes
   std::optional<std::vector<StartJoint>> laid_joints_;
   std::vector<std::string> files_without_support_;
-  mutable std::vector<std::string> records_;  ///< files of functions of time
+  mutable std::vector<std::string> records_;                     ///< files of functions of time
+  mutable std::vector<std::pair<std::string, double>> sampled_;  ///< records, mean interval, s
   SharedTopologies topologies_;
   double taken_ = 0.0;  ///< of the file at hand: the deepest surface that is taken for convex, m
   std::optional<solver::Scene> at_start_;  ///< kept as soon as a stage changes the scene
