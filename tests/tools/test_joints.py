@@ -52,6 +52,17 @@ class Joints(FolderTest):
             self.assertAlmostEqual(float(joints[1]["gap"]), gap, places=5)
             self.assertEqual(joints[1]["edge_stress"], "")
 
+    def test_a_head_joint_without_force_that_opens_is_listed(self):
+        rounding, crack = 1e-8, 0.017
+        table = [[0, 0, 0, 0], [0.5, -crack, 0, 0]]
+        scene = cube_on_floor([{"analysis": "static"}, {"analysis": "dynamic", "end_time": 0.5}])
+        scene["blocks"].append({"name": "pier", "kind": "prescribed", "pose": {"translation": FAR},
+                                "shape": box([-1, 0, 0], [-rounding, 1, 1]), "motion": {"displacement": {"table": table}}})
+        _, out = self.run_scene(scene)
+        gaps = [float(row["gap"]) for row in self.rows(out, "joints.csv") if (row["stage"], row["name_b"]) == ("1", "pier")]
+        self.assertEqual(len(gaps), 1)
+        self.assertAlmostEqual(gaps[0], crack + rounding, places=10)
+
     def test_pairs_that_never_touched_or_are_gone_are_not_listed(self):
         stages = [{"analysis": "static"}, {"analysis": "static", "remove": "cube"}]
         scene = cube_on_floor(stages)

@@ -1,6 +1,7 @@
 #include "joint_rows.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <quoin/geometry/contact_point.hpp>
 
 #include "scene_file/no_tension.hpp"
@@ -107,9 +108,11 @@ class Sum {
 }  // namespace
 
 void append_joined(std::span<const Contact> contacts, std::vector<JointedPair>& pairs) {
+  constexpr double kLaid = 1e-6;  // of the width of a point's area: head joints bear nothing
   const std::size_t before = pairs.size();
   for (const Contact& contact : contacts)
-    if (contact.mode != solver::ContactMode::Open &&
+    if ((contact.mode != solver::ContactMode::Open ||
+         contact.point.gap < kLaid * std::sqrt(contact.point.area)) &&
         (pairs.size() == before || pairs.back() != pair_of(contact)))
       pairs.push_back(pair_of(contact));
   std::ranges::inplace_merge(pairs, pairs.begin() + static_cast<std::ptrdiff_t>(before));

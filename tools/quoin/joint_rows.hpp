@@ -10,7 +10,7 @@ namespace quoin::commands {
 
 using JointedPair = std::array<int, 2>;  ///< two blocks, a < b
 
-/// Adds the pairs of contacts that are closed to `pairs`, which stays ascending.
+/// Adds the pairs that lie on each other or are closed to `pairs`, which stays ascending.
 void append_joined(std::span<const solver::Contact> contacts, std::vector<JointedPair>& pairs);
 
 /// Open contacts, without force, of those of `pairs` that `contacts` no longer has: at their
