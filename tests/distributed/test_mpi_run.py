@@ -228,7 +228,7 @@ class MpiRun(unittest.TestCase):
             self.assertIsNone(mpirun.poll())
             time.sleep(0.05)
             children = pathlib.Path(f"/proc/{mpirun.pid}/task/{mpirun.pid}/children").read_text().split()
-            ranks = [int(c) for c in children if pathlib.Path(f"/proc/{c}/comm").read_text().strip() == "quoin"]
+            ranks = [int(c) for c in children if pathlib.Path(f"/proc/{c}/comm").read_text().strip() == "quoin-mpi"]
         time.sleep(0.5)  # they are in their steps
         os.kill(ranks[2], signal.SIGKILL)
         said = mpirun.communicate(timeout=60)[1]

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <string_view>
@@ -33,6 +34,13 @@ int tell(const CLI::App& app, const CLI::ParseError& error, bool on_ranks) {
   return app.exit(error) == 0 ? all_is_told() : quoin::commands::kBadInput;
 }
 
+/// A run on several processes is that of quoin-mpi beside this program, where it was built.
+void leave_to_mpi(char** argv) {
+  std::error_code none;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", none);
+  ::execv((self.parent_path() / "quoin-mpi").c_str(), argv);
+}
+
 std::terminate_handler usual_end = nullptr;
 
 /// Memory that a destructor asks for (a JSON tree takes a list of its own to be destroyed) can't be
@@ -52,6 +60,8 @@ std::terminate_handler usual_end = nullptr;
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool on_ranks = std::find(argv, argv + argc, std::string_view("--mpi")) < argv + argc;
+  if (on_ranks && !quoin::commands::Processes::are_known()) leave_to_mpi(argv);
   CLI::App app{
       "quoin: contact geometry of convex polyhedra and 3-D discontinuous deformation analysis.\n"
       "Units are SI; angles carry their unit in the name.\n"
@@ -86,8 +96,7 @@ int main(int argc, char** argv) {
       if (app.get_subcommands().empty())
         throw CLI::RequiredError("a command (quoin --help names them)");
     } catch (const CLI::ParseError& error) {
-      return tell(app, error,
-                  std::find(argv, argv + argc, std::string_view("--mpi")) < argv + argc);
+      return tell(app, error, on_ranks);
     }
     return exit_code == quoin::commands::kDone ? all_is_told() : exit_code;
   };

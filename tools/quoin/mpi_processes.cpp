@@ -1,15 +1,12 @@
-#include "processes.hpp"
+/// Processes of `quoin-mpi`.
 
 #include <cstdio>
 #include <limits>
-
-#ifdef QUOIN_PETSC
 #include <quoin/solver/ranks.hpp>
-#endif
+
+#include "processes.hpp"
 
 namespace quoin::commands {
-
-#ifdef QUOIN_PETSC
 
 namespace {
 
@@ -55,24 +52,5 @@ int Processes::end_together(const Ending& ending) const {
   const int exit_code = largest(ending.exit_code);
   return is_first() ? exit_code : kDone;
 }
-
-#else
-
-bool Processes::are_known() { return false; }
-
-Processes Processes::of_mpirun() {
-  throw std::invalid_argument("--mpi: this quoin was built without PETSc (QUOIN_BUILD_PETSC)");
-}
-
-int Processes::rank() const { return 0; }
-int Processes::count() const { return 1; }
-int Processes::largest(int mine) const { return mine; }
-std::string Processes::of_first(const std::string& mine) const { return mine; }
-std::shared_ptr<solver::DistributedSolver> Processes::solver(const std::vector<int>&) {
-  return nullptr;
-}
-int Processes::end_together(const Ending& ending) const { return ending.exit_code; }
-
-#endif
 
 }  // namespace quoin::commands
