@@ -105,6 +105,15 @@ class Referee(FolderTest):
         tally = library["families"]["all"]
         self.assertEqual((tally["asked"], tally["gaps"], tally["kinds"], tally["timed"]), (1, 0, {"missing corner": 1}, 1))
 
+    def test_libccd_and_fcl_beside_quoin(self):
+        """On pairs of all families: where they differ exact arithmetic finds quoin right, and mostly they agree."""
+        tally = {library["name"]: library["families"]["all"] for library in self.judge("--count", 3000)["libraries"]}
+        for name in ("quoin", "quoin C"):
+            self.assertEqual((tally[name]["asked"], tally[name]["faulty"]), (3000, 0))
+        for name, kind in (("libccd GJK", "sign"), ("libccd EPA 1e-9", "gap"), ("FCL libccd", "gap")):
+            self.assertGreater(tally[name]["answered"], 1000, name)
+            self.assertLess(tally[name]["kinds"].get(kind, 0), 0.2 * tally[name]["answered"], name)
+
     def test_plugins_that_can_not_be_asked(self):
         for behaviour, reason in (("old_interface", "interface 2, must be 1"), ("endless_libraries", "null")):
             text = self.judge("--plugin", PLUGINS / f"{behaviour}.so", code=1)
