@@ -2,6 +2,7 @@
 /// recorded answers are proved, then the library is asked. A pair on the list of open ones must
 /// still fail.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -21,6 +22,12 @@ namespace {
 using nlohmann::json;
 using quoin::geometry::Vector3;
 using namespace quoin::tests;
+using quoin::geometry::ContactPoint;
+using quoin::geometry::Feature;
+using quoin::geometry::FeatureKind;
+using quoin::geometry::Matrix3;
+using quoin::geometry::NearestFeatures;
+using quoin::geometry::PairContact;
 
 const std::filesystem::path kFolder = QUOIN_SOURCE_DIR "/tests/pairs";
 constexpr std::uint64_t kSeeds = 5;  // other numberings, hints, places
@@ -28,7 +35,7 @@ constexpr std::uint64_t kSeeds = 5;  // other numberings, hints, places
 struct KnownPair {
   std::string id;
   SolidPair pair;
-  json exact;
+  json exact, answer;
 };
 
 Solid read_solid(const json& line, const char* body) {
@@ -42,15 +49,18 @@ std::vector<KnownPair> read_pairs(const char* name) {
   std::ifstream in(kFolder / name);
   for (std::string text; std::getline(in, text);) {
     const json line = json::parse(text);
-    pairs.push_back(
-        {line["id"], {line["what"], read_solid(line, "a"), read_solid(line, "b")}, line["exact"]});
+    pairs.push_back({line["id"],
+                     {line["what"], read_solid(line, "a"), read_solid(line, "b")},
+                     line["exact"],
+                     line.value("answer", json::object())});
   }
   return pairs;
 }
 
 std::vector<KnownPair> known_pairs() {
   std::vector<KnownPair> pairs = read_pairs("published.jsonl");
-  for (KnownPair& pair : read_pairs("found.jsonl")) pairs.push_back(std::move(pair));
+  for (const char* name : {"found.jsonl", "configurations.jsonl"})
+    for (KnownPair& pair : read_pairs(name)) pairs.push_back(std::move(pair));
   return pairs;
 }
 
@@ -80,6 +90,69 @@ void prove(const KnownPair& known) {
     CHECK(std::abs(known.exact["area"].get<double>() - static_cast<double>(patch.area)) <=
           size * rounding);
   }
+}
+
+/// Does each point that lies in a face of a solid lie in one that faces along the pair's normal?
+bool faces_along(const Query& query, const PairContact& contact) {
+  return std::ranges::all_of(contact.points, [&](const ContactPoint& point) {
+    const bool of_a = point.key.feature_a.kind == FeatureKind::Face;
+    const Feature& feature = of_a ? point.key.feature_a : point.key.feature_b;
+    const quoin::geometry::Body body = of_a ? query.a() : query.b();
+    return feature.kind == FeatureKind::Face &&
+           std::abs(body.shape().face_normal(feature.index).dot(point.normal)) >= 1.0 - 1e-12;
+  });
+}
+
+double perimeter(const std::vector<Vector3>& corners) {
+  double length = 0.0;
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    length += (corners[(i + 1) % corners.size()] - corners[i]).norm();
+  return corners.size() == 2 ? 0.5 * length : length;
+}
+
+/// The answer of a pair, turned or swapped (-1) as a whole, against each value that its line
+/// states.
+void check_answer(const KnownPair& known, const SolidPair& pair, const Matrix3& turn,
+                  double allowed) {
+  const json& answer = known.answer;
+  const Query query(pair);
+  const PairContact contact = query.contact(
+      {.tolerance = answer.value("tolerance", 0.0), .reach = answer.value("reach", 0.0)});
+  const NearestFeatures& nearest = contact.nearest;
+  const double gap = known.exact["gap"];
+  CHECK_THAT(nearest.gap, WithinAbs(gap, allowed));
+  if (answer.contains("type") || (known.exact.contains("type") && !nearest.indeterminate))
+    CHECK((answer.contains("type") ? answer : known.exact)["type"] == name(contact.type));
+  double shares = 0.0;
+  for (const ContactPoint& point : contact.points) {
+    shares += point.area;
+    if (answer.contains("share")) CHECK_THAT(point.area, WithinAbs(answer["share"], allowed));
+    if (answer.contains("flat")) CHECK_THAT(point.gap, WithinAbs(gap, allowed));
+  }
+  CHECK_THAT(shares, WithinAbs(contact.area, 1e-12));
+  const auto edges = std::ranges::count_if(contact.points, [](const ContactPoint& point) {
+    return point.key.feature_a.kind == FeatureKind::Edge;
+  });
+  const std::pair<const char*, json> found[] = {
+      {"points", contact.points.size()},   {"edge_points", edges},
+      {"corners", contact.polygon.size()}, {"indeterminate", nearest.indeterminate},
+      {"rule", name(nearest.rule)},        {"status", name(nearest.status)}};
+  for (const auto& [key, value] : found)
+    if (answer.contains(key)) CHECK(answer[key] == value);
+  if (answer.contains("normal")) {
+    const Vector3 normal = turn * quoin::scene_file::read_vector(answer["normal"]);
+    CHECK((nearest.normal - normal).norm() <= 1e-12);
+  }
+  if (answer.contains("same_points")) {  // as without the reach
+    const PairContact near = query.contact({.tolerance = answer["tolerance"]});
+    CHECK(std::ranges::equal(contact.points, near.points, {}, &ContactPoint::key,
+                             &ContactPoint::key));
+  }
+  if (answer.contains("area")) CHECK_THAT(contact.area, WithinAbs(answer["area"], 1e-12));
+  if (answer.contains("length"))
+    CHECK_THAT(perimeter(contact.polygon), WithinAbs(answer["length"], 1e-11));
+  if (answer.contains("iterations")) CHECK(nearest.iterations <= answer["iterations"]);
+  if (answer.contains("faces_along")) CHECK(faces_along(query, contact));
 }
 
 std::vector<Fault> faults_of(const SolidPair& pair) {
@@ -115,6 +188,26 @@ TEST_CASE("known pairs: what is recorded is proved") {
   for (const KnownPair& known : pairs) {
     CAPTURE(known.id);
     prove(known);
+  }
+}
+
+TEST_CASE("known pairs: configurations are answered as their lines state, in every pose") {
+  const std::vector<KnownPair> pairs = read_pairs("configurations.jsonl");
+  REQUIRE(pairs.size() >= 70);
+  for (const KnownPair& known : pairs) {
+    CAPTURE(known.id);
+    const SolidPair& pair = known.pair;
+    check_answer(known, pair, Matrix3::Identity(), 1e-13);
+    check_answer(known, {pair.family, pair.b, pair.a}, -Matrix3::Identity(), 1e-13);
+    quoin::tests::Random random(17);
+    for (int i = 0; i < 10 && !known.answer.contains("home"); ++i) {
+      const Matrix3 turn = random.rotation();
+      const Vector3 shift = 100 * random.point(-1, 1);
+      check_answer(known,
+                   {pair.family, transformed(renumbered(pair.a, random), turn, shift),
+                    transformed(renumbered(pair.b, random), turn, shift)},
+                   turn, 1e-12);
+    }
   }
 }
 

@@ -157,7 +157,7 @@ bool same(const std::vector<ContactPoint>& points, const std::vector<ContactPoin
 /// The points of a wider reach, where they are others.
 void check_reach(const Trial& trial, const PairContact& contact, Faults& faults) {
   const double reach = 1e-3 * trial.smaller;
-  const PairContact wider = trial.query.contact(reach);
+  const PairContact wider = trial.query.contact({.reach = reach});
   if (!same(wider.points, contact.points)) check_points(trial, wider, reach, faults);
 }
 
@@ -167,7 +167,7 @@ void check_in_one(const Trial& trial, const NearestFeatures& n, Faults& faults) 
   std::vector<ContactPoint> points;
   const NearestFeatures m = trial.query.contacts_within(reach, points);
   expect_same(n, m, "in one", faults);
-  const PairContact apart = trial.query.contact(std::max(0.0, reach - m.gap));
+  const PairContact apart = trial.query.contact({.reach = std::max(0.0, reach - m.gap)});
   faults.expect(same(points, apart.points), "in one", "other points");
 }
 

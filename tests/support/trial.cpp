@@ -24,12 +24,12 @@ NearestFeatures Query::nearest_swapped() const {
   return own_frames_ ? nearest_features(shape_b_, shape_a_) : nearest_features(b(), a());
 }
 
-geometry::PairContact Query::contact(double reach) const {
+geometry::PairContact Query::contact(const geometry::ContactOptions& options) const {
   geometry::PairContact contact;
   if (own_frames_)
-    update_pair_contact(shape_a_, shape_b_, {.reach = reach}, contact);
+    update_pair_contact(shape_a_, shape_b_, options, contact);
   else
-    update_pair_contact(a(), b(), {.reach = reach}, contact);
+    update_pair_contact(a(), b(), options, contact);
   return contact;
 }
 

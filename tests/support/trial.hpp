@@ -24,7 +24,7 @@ class Query {
 
   geometry::NearestFeatures nearest(const geometry::FeatureHint& hint = {}) const;
   geometry::NearestFeatures nearest_swapped() const;
-  geometry::PairContact contact(double reach = 0.0) const;
+  geometry::PairContact contact(const geometry::ContactOptions& options = {}) const;
   /// Both in one call; `reach` is the gap itself.
   geometry::NearestFeatures contacts_within(double reach,
                                             std::vector<geometry::ContactPoint>& points) const;

@@ -1,5 +1,5 @@
-/// One pair at a time: closed forms, the rules for open planes, hints, and answers proved from
-/// outside.
+/// One pair at a time: hints, placements that are none, and the certificate checked from outside.
+/// Closed forms: tests/pairs/configurations.jsonl.
 
 #include <cmath>
 #include <quoin/geometry/build.hpp>
@@ -20,58 +20,6 @@ Shape cube(const Vector3& centre, double size = 1.0) {
 }
 
 }  // namespace
-
-TEST_CASE("nearest features: two vertices (G05), and its limit at gap zero") {
-  const NearestFeatures apart = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(1.001)));
-  CHECK_THAT(apart.gap, WithinAbs(0.001 * std::sqrt(3.0), 1e-15));
-  CHECK(apart.status == PairStatus::Separated);
-  CHECK(apart.indeterminate);
-  CHECK(apart.rule == PlaneRule::ShortestLine);
-  const NearestFeatures touching = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(1.0)));
-  CHECK(touching.gap == 0.0);
-  CHECK(touching.status == PairStatus::Touching);
-  CHECK(touching.rule == PlaneRule::MiddleOfPlanes);
-  CHECK(touching.feature_a == Feature{FeatureKind::Vertex, 7});
-  CHECK(touching.feature_b == Feature{FeatureKind::Vertex, 0});
-  CHECK_THAT((touching.normal - apart.normal).norm(), WithinAbs(0.0, 1e-12));
-  const NearestFeatures over = nearest_features(cube({0, 0, 0}), cube(Vector3::Constant(0.75)));
-  CHECK(over.gap == -0.25);
-  CHECK(over.indeterminate);
-  CHECK(over.rule == PlaneRule::LeastOverlap);
-}
-
-TEST_CASE("nearest features: least overlap in general position (G08)") {
-  const Shape a = cube({0, 0, 0}, 2.0);
-  const Matrix3 turn = rotation_about(Vector3(1, 2, 3).normalized(), 40 * std::acos(-1.0) / 180);
-  const Shape b = transformed(cube({0, 0, 0}), 1.0, turn, {1.3, 0.1, 1.3});
-  const NearestFeatures n = nearest_features(a, b);
-  CHECK_THAT(n.gap, WithinAbs(-0.151702406, 1e-9));
-  CHECK_THAT((n.normal - Vector3(0.491577702, 0, 0.870833717)).norm(), WithinAbs(0.0, 1e-9));
-  CHECK(n.rule == PlaneRule::Unique);
-}
-
-TEST_CASE("nearest features: identical, concentric and contained solids") {
-  const NearestFeatures same = nearest_features(cube({0, 0, 0}), cube({0, 0, 0}));
-  CHECK(same.gap == -1.0);
-  CHECK(same.indeterminate);
-  const NearestFeatures inside = nearest_features(cube({0, 0, 0}, 4.0), cube({0.5, 0, 0}));
-  CHECK(inside.gap == -2.0);
-  CHECK(inside.normal == Vector3::UnitX());
-  CHECK_FALSE(inside.indeterminate);
-}
-
-TEST_CASE("nearest features: a speck before a mountain, and both 1e8 m away") {
-  const Shape huge = cube({0, 0, 0}, 1024.0), speck = cube({512.25, 3, 4}, 0x1p-20);
-  const double exact = 0.25 - 0x1p-21;
-  CHECK(nearest_features(huge, speck).gap == exact);
-  const Vector3 far(0x1p27, -0x1p27, 0x1p26);
-  const auto shifted = [&](const Shape& solid) {
-    return transformed(solid, 1.0, Matrix3::Identity(), far);
-  };
-  const Shape brick = cube({513, 3, 4});
-  CHECK(nearest_features(huge, brick).gap == 0.5);
-  CHECK(nearest_features(shifted(huge), shifted(brick)).gap == 0.5);
-}
 
 TEST_CASE("nearest features: a wrong hint, of vertices that are not there, changes nothing") {
   const Shape a = cube({0, 0, 0});
