@@ -171,55 +171,29 @@ TEST_CASE("Pairs that are zero take no part in an elimination") {
   }
 }
 
-TEST_CASE("A matrix that is solved once gives the bits of one whose factors are kept") {
-  Random random(5);
-  for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
-    const Problem problem(random, 60, 150, shape);
-    BlockVector right(problem.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s)
-      for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
-    BlockVector kept = right, once = right;
-    LinearSolver keeps(problem.slots), solves_once(problem.slots);
-    REQUIRE(keeps.factorize(problem.system));
-    REQUIRE(keeps.solve(right, kept));
-    for (int i = 0; i < 2; ++i) {
-      REQUIRE(solves_once.factorize(problem.system, &right));
-      REQUIRE(solves_once.solve(right, once));
-      CHECK(once == kept);
-    }
-    CHECK(solves_once.condition_estimate() == keeps.condition_estimate());
-    REQUIRE(solves_once.factorize(problem.system));  // goes back to keeping them
-    CHECK(problem.error(random, solves_once) < 1e-13);
-    CHECK(problem.error(random, solves_once) < 1e-13);
-  }
-}
-
 TEST_CASE("Any number of threads eliminates to the same bits") {
   Random random(5);
-  constexpr int kSide = 34;  // subtrees for three threads, and fronts that these share
+  constexpr int kSide = 34;  // fronts that threads share
   for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
     const Problem problem(random, kSide * kSide, grid_pairs(kSide), shape);
     BlockVector right(problem.slots.size.size(), Vector12::Zero());
     for (std::size_t s = 0; s < right.size(); ++s)
       for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
-    for (const bool once : {false, true}) {
-      const auto solved = [&](int threads) {
-        quoin::geometry::WorkerPool pool(threads);
-        LinearSolver solver(problem.slots);
-        solver.use(Threads(&pool));
-        BlockVector solution = right;
-        for (int again = 0; again < 2; ++again) {
-          REQUIRE(
-              (once ? solver.factorize(problem.system, &right) : solver.factorize(problem.system)));
-          REQUIRE(solver.solve(right, solution));
-        }
-        CHECK(solver.condition_estimate() > 1.0);
-        return std::pair(solution, solver.condition_estimate());
-      };
-      const auto one = solved(1);
-      CHECK(solved(2) == one);
-      CHECK(solved(3) == one);
-    }
+    const auto solved = [&](int threads) {
+      quoin::geometry::WorkerPool pool(threads);
+      LinearSolver solver(problem.slots);
+      solver.use(Threads(&pool));
+      BlockVector solution = right;
+      for (int again = 0; again < 2; ++again) {
+        REQUIRE(solver.factorize(problem.system));
+        REQUIRE(solver.solve(right, solution));
+      }
+      CHECK(solver.condition_estimate() > 1.0);
+      return std::pair(solution, solver.condition_estimate());
+    };
+    const auto one = solved(1);
+    CHECK(solved(2) == one);
+    CHECK(solved(3) == one);
   }
 }
 

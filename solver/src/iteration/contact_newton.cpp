@@ -104,7 +104,7 @@ bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
   if (watch_ != nullptr) watch_->look();
   if (!same_tangent(law, softness)) {
     assemble();
-    factorized_ = solver_.factorize(system_, &equations_.residual());
+    factorized_ = solver_.factorize(system_);
     ++count.factorizations;
     if (!factorized_) return false;
   }

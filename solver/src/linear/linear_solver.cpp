@@ -15,7 +15,7 @@ bool LinearSolver::is_large(const BlockSystem& system) {
   return elimination_.work(system) / slots_->count() > kWork;
 }
 
-bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only) {
+bool LinearSolver::factorize(const BlockSystem& system) {
   const bool iterates = distributed_ != nullptr && is_large(system);
   shared_ = iterates || (distributed_ != nullptr && kind_ == LinearSolverKind::Elimination);
   ++(iterates ? counts_.set_ups : counts_.eliminations);
@@ -25,7 +25,7 @@ bool LinearSolver::factorize(const BlockSystem& system, const BlockVector* only)
     using enum LinearSolverKind;
     return distributed_->factorize(system, *slots_, iterates ? Multigrid : Elimination);
   }
-  return elimination_.factorize(system, only);
+  return elimination_.factorize(system);
 }
 
 bool LinearSolver::solve(const BlockVector& right, BlockVector& solution) {

@@ -30,8 +30,7 @@ class LinearSolver {
 
   /// False when it is singular to working accuracy, or symmetric, eliminated and not positive
   /// definite.
-  /// `only`: a matrix that is not symmetric is solved once, for it: that takes half the memory.
-  bool factorize(const BlockSystem& system, const BlockVector* only = nullptr);
+  bool factorize(const BlockSystem& system);
 
   /// False where iterations of several processes do not converge and elimination fails, too:
   /// `solution` is then of no use.

@@ -1,7 +1,7 @@
 #include "linear/multifrontal.hpp"
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <numeric>
 
 #include "base/index.hpp"
@@ -23,54 +23,14 @@ void make_room(std::size_t size, std::vector<double>& list) {
   list.resize(size);
 }
 
-/// Sizes are multiples of this: a block has 6 or 12 unknowns.
-constexpr int kNode = 6;
-static_assert(kNode == kPanel);
-
 // An analysis takes as long as so many multiplications of the factors for each block and pair; of
 // these a share of zero pairs saves three times its share at least. Measured on shaken walls of 105
 // and 1012 bricks and a sliding slope of 512 blocks (bench/tried.md).
 constexpr double kAnalysis = 4.6e3;
 constexpr double kSaved = 3.0;
-
-// Of a matrix that takes so many multiplications or more, some 2 ms, threads share the work; of
-// what is in no subtree they share fronts that take so many, some 0.1 ms.
-constexpr double kShared = 2e7, kSharedFront = 1e6;
-constexpr double kSubtrees = 4.0;  // by this and the number of threads: the most of a subtree
-
-using Factor = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
-
-/// Whose columns stand one after the other.
-void set_zero(const Columns& matrix) {
-  std::fill_n(matrix.data, matrix.stride * matrix.columns, 0.0);
-}
-
-/// The leading part of a block of the system.
-void copy(const SquareBlocks::ConstBlock& block, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j) {
-    const double* from = block.data() + j * block.outerStride();
-    std::copy_n(from, to.rows, to.data + j * to.stride);
-  }
-}
-
-void copy_transposed(const SquareBlocks::ConstBlock& block, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j)
-    for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] = block(j, i);
-}
-
-void add(const double* from, long stride, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j) {
-    const double* source = from + j * stride;
-    double* sum = to.data + j * to.stride;
-    for (int i = 0; i < to.rows; i += kNode)
-      for (int k = i; k < i + kNode; ++k) sum[k] += source[k];
-  }
-}
-
-void add_transposed(const double* from, long stride, const Columns& to) {
-  for (int j = 0; j < to.columns; ++j)
-    for (int i = 0; i < to.rows; ++i) to.data[i + j * to.stride] += from[j + i * stride];
-}
+constexpr int kNode = 6;     // sizes are multiples of this: a block has 6 or 12 unknowns
+constexpr long kStrip = 24;  // rows that a thread takes at a time: a tile of the widest kernels
+constexpr long kShared = 8;  // strips of a front that threads share: some 0.1 ms
 
 /// Of a front that is not symmetric, about.
 double multiplications(double own, double below) {
@@ -84,6 +44,19 @@ void find_coupled(const BlockSystem& system, std::vector<int>& coupled) {
     const bool zero =
         system.off_diagonal[p].isZero(0.0) && (system.symmetric || system.mirrored[p].isZero(0.0));
     if (!zero) coupled.push_back(static_cast<int>(p));
+  }
+}
+
+enum class Diagonal { Own, Ones };
+
+/// x U = x by rows, with U upper triangular.
+void solve_rows(Strided upper, Diagonal diagonal, Eigen::Ref<Eigen::MatrixXd> x) {
+  for (Eigen::Index at = 0; at < x.cols(); at += kNode) {
+    subtract_product(x.leftCols(at), upper.at(0, at), x.middleCols(at, kNode));
+    for (Eigen::Index j = at; j < at + kNode; ++j) {
+      for (Eigen::Index k = at; k < j; ++k) x.col(j) -= *upper.at(k, j).data * x.col(k);
+      if (diagonal == Diagonal::Own) x.col(j) *= 1.0 / *upper.at(j, j).data;
+    }
   }
 }
 
@@ -149,340 +122,249 @@ double Multifrontal::work(const BlockSystem& system) {
   return system.symmetric ? 0.5 * whole_.work : whole_.work;
 }
 
-/// Subtrees that take at most a share of all the work each, for several threads.
-void Multifrontal::part_tree() {
-  const std::vector<Front>& fronts = analysis().fronts;
-  const std::vector<Supernode>& supernodes = analysis().elimination.supernodes;
-  subtrees_.clear();
-  if (workers_ == 1 || analysis().work < kShared) {
-    solver::release(rests_);
-    return solver::release(pushes_);
-  }
-  taken_.assign(fronts.size(), 1);  // fronts of the subtree with that root
-  subtree_work_.assign(fronts.size(), 0.0);
-  for (std::size_t s = 0; s < fronts.size(); ++s) {
-    subtree_work_[s] += multiplications(fronts[s].own, fronts[s].below);
-    const int parent = supernodes[s].parent;
-    if (parent < 0) continue;
-    taken_[index(parent)] += taken_[s];
-    subtree_work_[index(parent)] += subtree_work_[s];
-  }
-  const double most = analysis().work / (kSubtrees * workers_);
-  for (std::size_t s = fronts.size(); s > 0;) {
-    const bool whole = subtree_work_[s - 1] <= most;
-    const std::size_t first = s - (whole ? taken_[s - 1] : 1);
-    if (whole) subtrees_.push_back({first, s});
-    s = first;
-  }
-  std::ranges::reverse(subtrees_);
-  std::size_t rests = 0, pushes = 0;
-  for (Subtree& subtree : subtrees_) {
-    const int below = fronts[subtree.end - 1].below;
-    subtree.rest = rests;
-    subtree.pushes = pushes;
-    subtree.beyond = analysis().start[index(supernodes[subtree.end - 1].end)];
-    rests += area(below, below);
-    for (std::size_t s = subtree.first; s < subtree.end; ++s) {
-      for (const int place : analysis().elimination.below[s]) {
-        const int at = analysis().start[index(place)];
-        if (at >= subtree.beyond) pushes += index(analysis().start[index(place) + 1] - at);
-      }
-    }
-  }
-  make_room(rests, rests_);
-  make_room(pushes, pushes_);
+int Multifrontal::size_at(int place) const {
+  return analysis().start[index(place) + 1] - analysis().start[index(place)];
 }
 
-/// Memory of a thread that eliminates the fronts from `first` up to `end` but those of subtrees,
-/// `subtree` and the next ones, for the rests that wait at the same time.
-void Multifrontal::place_lane(std::size_t first, std::size_t end,
-                              std::vector<Subtree>::const_iterator subtree, Lane& lane) {
-  std::size_t columns = 0, waiting = 0, most = 0;
-  taken_.resize(analysis().fronts.size());  // by the rests of a front's children
-  std::fill(taken_.begin() + static_cast<long>(first), taken_.begin() + static_cast<long>(end), 0);
-  for (std::size_t s = first; s < end; ++s) {
-    if (subtree != subtrees_.end() && subtree->first == s) {
-      s = subtree++->end - 1;
-      continue;
-    }
-    const Front& front = analysis().fronts[s];
-    if (!keeps_lower_) columns = std::max(columns, area(front.own + front.below, front.own));
+/// Where the factors of each front stand, and room for the rests that wait at the same time.
+void Multifrontal::place_factors() {
+  std::size_t factors = 0, waiting = 0, most = 0;
+  std::vector<Front>& fronts = (in_part_ ? part_ : whole_).fronts;
+  taken_.assign(fronts.size(), 0);
+  for (std::size_t s = 0; s < fronts.size(); ++s) {
+    Front& front = fronts[s];
+    front.columns = factors;
+    factors += area(front.own + front.below, front.own);
+    front.rows = factors;
+    if (!symmetric_) factors += area(front.own, front.below);
     const std::size_t rest = area(front.below, front.below);
     most = std::max(most, waiting + rest);
     waiting += rest - taken_[s];
     const int parent = analysis().elimination.supernodes[s].parent;
-    if (parent >= 0 && index(parent) < end) taken_[index(parent)] += rest;
-  }
-  lane.local.resize(index(slots_->count()));
-  if (lane.stack.size() < most) make_room(most, lane.stack);
-  if (lane.columns.size() < columns) make_room(columns, lane.columns);
-}
-
-/// Where the factors of each front stand, and the memory of the threads.
-void Multifrontal::place_factors() {
-  std::size_t factors = 0;
-  for (Front& front : analysis().fronts) {
-    front.columns = factors;
-    factors += area(keeps_lower_ ? front.own + front.below : front.own, front.own);
-    front.rows = factors;
-    if (!symmetric_) factors += area(front.own, front.below);
+    if (parent >= 0) taken_[index(parent)] += rest;
   }
   make_room(factors, factor_);
+  if (stack_.size() < most) make_room(most, stack_);
+  local_.resize(index(slots_->count()));
   pivots_.resize(slots_->unknowns());
   exchanges_.resize(index(slots_->unknowns()));
   vector_.resize(slots_->unknowns());
-  part_tree();
-  lanes_.resize(subtrees_.empty() ? 1 : 1 + index(workers_));
-  place_lane(0, analysis().fronts.size(), subtrees_.begin(), lanes_[0]);
-  for (std::size_t w = 1; w < lanes_.size(); ++w)
-    for (const Subtree& subtree : subtrees_)
-      place_lane(subtree.first, subtree.end, subtrees_.end(), lanes_[w]);
 }
 
 void Multifrontal::release() {
   solver::release(factor_);
-  solver::release(lanes_);
-  solver::release(rests_);
-  solver::release(pushes_);
-  solver::release(exchanges_);
+  solver::release(stack_);
   placed_ = false;
 }
 
-DenseFront Multifrontal::dense(const Front& front, Lane& lane) {
+Multifrontal::Dense Multifrontal::dense(const Front& front) {
   const int own = front.own, below = front.below;
-  double* columns = keeps_lower_ ? factor_.data() + front.columns : lane.columns.data();
-  return {{columns, own + below, own + below, own},
-          {factor_.data() + front.rows, below, below, symmetric_ ? 0 : own},
-          {lane.stack.data() + lane.top, below, below, below}};
+  return {
+      Matrix(factor_.data() + front.columns, own + below, own, Eigen::OuterStride<>(own + below)),
+      Matrix(factor_.data() + front.rows, below, symmetric_ ? 0 : own, Eigen::OuterStride<>(below)),
+      Matrix(stack_.data() + top_, below, below, Eigen::OuterStride<>(below))};
 }
 
-bool Multifrontal::factorize(const BlockSystem& system, const BlockVector* only) {
+bool Multifrontal::factorize(const BlockSystem& system) {
   choose_analysis(system);
-  threads_ = next_threads_;
-  const bool keeps_lower = system.symmetric || only == nullptr;
-  const int workers = threads_.workers();
-  if (!placed_ || symmetric_ != system.symmetric || keeps_lower_ != keeps_lower ||
-      workers_ != workers) {
+  if (!placed_ || symmetric_ != system.symmetric) {
     symmetric_ = system.symmetric;
-    keeps_lower_ = keeps_lower;
-    workers_ = workers;
-    placed_ = false;
     place_factors();
     placed_ = true;
   }
-  if (!keeps_lower_) take(*only);
-  return eliminate_subtrees(system) && eliminate_rest(system);
+  waiting_.clear();
+  top_ = 0;
+  for (std::size_t s = 0; s < analysis().fronts.size(); ++s)
+    if (!eliminate(system, s)) return false;
+  return true;
 }
 
 /// A front, once its children are.
-bool Multifrontal::eliminate(const BlockSystem& system, std::size_t node, const Threads& threads,
-                             Lane& lane, Beyond& beyond) {
+bool Multifrontal::eliminate(const BlockSystem& system, std::size_t node) {
   if (watch_ != nullptr) watch_->look();
   const Front& front = analysis().fronts[node];
-  const DenseFront now = dense(front, lane);
-  set_zero(now.columns);
-  set_zero(now.rows);
-  set_zero(now.rest);
-  add_own_blocks(system, node, lane, now);
-  add_children(node, lane, now);
-  const FrontCrew crew{threads, watch_};
+  Dense now = dense(front);
+  for (Matrix* part : {&now.columns, &now.rows, &now.rest}) part->setZero();
+  add_own_blocks(system, node, now);
+  const auto is_child = [&](const Waiting& waiting) {
+    return analysis().elimination.supernodes[waiting.front].parent == static_cast<int>(node);
+  };
+  for (; !waiting_.empty() && is_child(waiting_.back()); waiting_.pop_back()) {
+    top_ = waiting_.back().rest;
+    add_rest(waiting_.back(), node, now);
+  }
   double* pivots = pivots_.data() + front.first;
-  const bool sound = symmetric_
-                         ? eliminate_symmetric(now, crew, pivots)
-                         : eliminate_general(now, crew, pivots, exchanges_.data() + front.first);
+  const bool sound = symmetric_ ? eliminate_symmetric(now, pivots)
+                                : eliminate_general(now, pivots, exchanges_.data() + front.first);
   if (!sound) return false;
-  if (!keeps_lower_) {
-    forward(node, lane, beyond);
-    double* kept = factor_.data() + front.columns;
-    for (int j = 0; j < front.own; ++j, kept += front.own)
-      std::copy_n(now.columns.data + j * now.columns.stride, front.own, kept);
-  }
   const std::size_t rest = area(front.below, front.below);
-  double* const top = lane.stack.data() + lane.top;
-  std::copy_n(now.rest.data, rest, top);
-  lane.top += rest;
-  lane.waiting.push_back({node, top, true});
+  std::copy_n(now.rest.data(), rest, stack_.data() + top_);
+  waiting_.push_back({node, top_});
+  top_ += rest;
   return true;
 }
 
-bool Multifrontal::eliminate_subtree(const BlockSystem& system, const Subtree& subtree,
-                                     Lane& lane) {
-  Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
-  lane.waiting.clear();
-  lane.top = 0;
-  for (std::size_t s = subtree.first; s < subtree.end; ++s)
-    if (!eliminate(system, s, Threads(), lane, beyond)) return false;
-  const int below = analysis().fronts[subtree.end - 1].below;
-  std::copy_n(lane.stack.data(), area(below, below), rests_.data() + subtree.rest);
-  return true;
+/// Calls work(first, count) for strips that make up `rows`, the same for any number of threads.
+template <class Work>
+void Multifrontal::each_strip(long rows, const Work& work) const {
+  const long strips = (rows + kStrip - 1) / kStrip;
+  const auto take = [&](int, std::size_t i) {
+    if (watch_ != nullptr) watch_->look();
+    const long first = (strips - 1 - static_cast<long>(i)) * kStrip;  // triangles: longest first
+    work(first, std::min(kStrip, rows - first));
+  };
+  (strips > kShared ? threads_ : Threads()).take(static_cast<std::size_t>(strips), take);
 }
 
-bool Multifrontal::eliminate_subtrees(const BlockSystem& system) {
-  std::atomic<bool> sound{true};
-  threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
-    if (sound && !eliminate_subtree(system, subtrees_[i], lanes_[1 + index(worker)])) sound = false;
-  });
-  return sound;
-}
-
-/// Calls front(s) for each front that is in no subtree, and leave_out(subtree) for each of these,
-/// in the order of the elimination.
-template <class OnFront, class OnSubtree>
-void Multifrontal::walk(const OnFront& front, const OnSubtree& leave_out) const {
-  auto subtree = subtrees_.begin();
-  for (std::size_t s = 0; s < analysis().fronts.size(); ++s) {
-    if (subtree == subtrees_.end() || subtree->first != s) {
-      front(s);
-      continue;
+/// L L^T. Sets `pivots` of the own unknowns. False: not positive definite.
+bool Multifrontal::eliminate_symmetric(Dense& front, double* pivots) const {
+  const Eigen::Index own = front.columns.cols(), below = front.rest.rows();
+  auto square = front.columns.topRows(own);
+  auto under = front.columns.bottomRows(below);
+  for (Eigen::Index at = 0; at < own; at += kNode) {
+    for (Eigen::Index k = at; k < at + kNode; ++k) {
+      if (!(square(k, k) > 0.0)) return false;
+      const double root = square(k, k) = std::sqrt(square(k, k));
+      pivots[k] = root * root;
+      square.col(k).segment(k + 1, at + kNode - k - 1) *= 1.0 / root;
+      for (Eigen::Index j = k + 1; j < at + kNode; ++j)
+        for (Eigen::Index i = j; i < at + kNode; ++i) square(i, j) -= square(i, k) * square(j, k);
     }
-    leave_out(*subtree);
-    s = subtree++->end - 1;
+    const Eigen::Index left = own - at - kNode;
+    auto panel = square.block(at + kNode, at, left, kNode);
+    solve_rows(transposed(square.block(at, at, kNode, kNode)), Diagonal::Own, panel);
+    subtract_product(panel, transposed(panel), square.bottomRightCorner(left, left));
   }
+  each_strip(below, [&](long first, long count) {
+    solve_rows(transposed(square), Diagonal::Own, under.middleRows(first, count));
+  });
+  each_strip(below, [&](long first, long count) {
+    subtract_product(under.middleRows(first, count), transposed(under),
+                     front.rest.block(first, 0, count, first + count));
+  });
+  return true;
 }
 
-/// The fronts that are in no subtree.
-bool Multifrontal::eliminate_rest(const BlockSystem& system) {
-  Lane& lane = lanes_[0];
-  lane.waiting.clear();
-  lane.top = 0;
-  Beyond none;
-  bool sound = true;
-  const auto eliminate_one = [&](std::size_t s) {
-    const Front& front = analysis().fronts[s];
-    const bool shared = workers_ > 1 && multiplications(front.own, front.below) >= kSharedFront;
-    sound = sound && eliminate(system, s, shared ? threads_ : Threads(), lane, none);
-  };
-  const auto take_subtree = [&](const Subtree& subtree) {
-    lane.waiting.push_back({subtree.end - 1, rests_.data() + subtree.rest, false});
-    if (!keeps_lower_) take_off_beyond(subtree);
-  };
-  walk(eliminate_one, take_subtree);
-  return sound;
+/// L U with exchanges of own rows; `exchanges`: with which row each has changed. False: singular.
+bool Multifrontal::eliminate_general(Dense& front, double* pivots, int* exchanges) const {
+  const Eigen::Index own = front.columns.cols(), below = front.rest.rows();
+  auto square = front.columns.topRows(own);
+  auto under = front.columns.bottomRows(below);
+  for (Eigen::Index at = 0; at < own; at += kNode) {
+    const Eigen::Index next = at + kNode, left = own - next;
+    for (Eigen::Index k = at; k < next; ++k) {
+      Eigen::Index best = 0;
+      pivots[k] = square.col(k).tail(own - k).cwiseAbs().maxCoeff(&best);
+      if (!(pivots[k] > 0.0)) return false;
+      best += k;
+      exchanges[k] = static_cast<int>(best);
+      if (best != k) {
+        square.row(k).swap(square.row(best));
+        front.rows.col(k).swap(front.rows.col(best));
+      }
+      auto lower = square.col(k).tail(own - k - 1);
+      lower *= 1.0 / square(k, k);
+      for (Eigen::Index j = k + 1; j < next; ++j)
+        square.col(j).tail(own - k - 1) -= square(k, j) * lower;
+    }
+    auto right = square.block(at, next, kNode, left);
+    for (Eigen::Index k = 0; k + 1 < kNode; ++k)
+      for (Eigen::Index j = 0; j < left; ++j)
+        right.col(j).tail(kNode - k - 1) -=
+            right(k, j) * square.col(at + k).segment(at + k + 1, kNode - k - 1);
+    subtract_product(square.block(next, at, left, kNode), as_is(right),
+                     square.bottomRightCorner(left, left));
+  }
+  each_strip(below, [&](long first, long count) {
+    solve_rows(as_is(square), Diagonal::Own, under.middleRows(first, count));
+    solve_rows(transposed(square), Diagonal::Ones, front.rows.middleRows(first, count));
+  });
+  each_strip(below, [&](long first, long count) {
+    subtract_product(under.middleRows(first, count), transposed(front.rows),
+                     front.rest.middleRows(first, count));
+  });
+  return true;
 }
 
-void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, Lane& lane,
-                                  const DenseFront& front) {
+void Multifrontal::add_own_blocks(const BlockSystem& system, std::size_t node, Dense& front) {
   const Supernode& supernode = analysis().elimination.supernodes[node];
   const int own = analysis().fronts[node].own;
   int at = 0;
   const auto place_next = [&](int place) {
-    lane.local[index(place)] = at;
-    at += slots_->size[index(analysis().elimination.node_at[index(place)])];
+    local_[index(place)] = at;
+    at += size_at(place);
   };
   for (int place = supernode.first; place < supernode.end; ++place) place_next(place);
   for (const int place : analysis().elimination.below[node]) place_next(place);
   for (int place = supernode.first; place < supernode.end; ++place) {
     const std::size_t slot = index(analysis().elimination.node_at[index(place)]);
-    const int size = slots_->size[slot], from = lane.local[index(place)];
-    copy(std::as_const(system.diagonal)[slot], front.columns.block(from, from, size, size));
+    const int size = slots_->size[slot], from = local_[index(place)];
+    front.columns.block(from, from, size, size) = system.diagonal[slot].topLeftCorner(size, size);
     for (const Coupling& coupling : analysis().couplings[index(place)]) {
-      const int rows = slots_->size[index(analysis().elimination.node_at[index(coupling.other)])];
-      const int to = lane.local[index(coupling.other)];
-      const Columns lower_part = front.columns.block(to, from, rows, size);
-      const SquareBlocks::ConstBlock upper = system.off_diagonal[index(coupling.pair)];
-      if (symmetric_) {
-        coupling.forward ? copy(upper, lower_part) : copy_transposed(upper, lower_part);
-        continue;
-      }
-      const SquareBlocks::ConstBlock mirrored = system.mirrored[index(coupling.pair)];
-      const SquareBlocks::ConstBlock &lower = coupling.forward ? upper : mirrored,
-                                     &other = coupling.forward ? mirrored : upper;
-      copy(lower, lower_part);
-      if (to < own)
-        copy(other, front.columns.block(from, to, size, rows));
+      const int rows = size_at(coupling.other), to = local_[index(coupling.other)];
+      const std::size_t pair = index(coupling.pair);
+      const auto upper = system.off_diagonal[pair];
+      const auto mirrored = symmetric_ ? upper : system.mirrored[pair];
+      auto lower_part = front.columns.block(to, from, rows, size);
+      if (coupling.forward)
+        lower_part = upper.topLeftCorner(rows, size);
+      else if (symmetric_)
+        lower_part = upper.topLeftCorner(size, rows).transpose();
       else
-        copy_transposed(other, front.rows.block(to - own, from, rows, size));
+        lower_part = mirrored.topLeftCorner(rows, size);
+      if (symmetric_) continue;
+      const auto other = (coupling.forward ? mirrored : upper).topLeftCorner(size, rows);
+      if (to < own)
+        front.columns.block(from, to, size, rows) = other;
+      else
+        front.rows.block(to - own, from, rows, size) = other.transpose();
     }
-  }
-}
-
-/// Of a child in the front of its parent, which eliminates `own` unknowns: a run is of these or of
-/// the others.
-void Multifrontal::find_runs(std::size_t child, int own, Lane& lane) {
-  std::vector<Run>& runs = lane.runs;
-  runs.clear();
-  int from = 0;
-  for (const int place : analysis().elimination.below[child]) {
-    const int size = slots_->size[index(analysis().elimination.node_at[index(place)])];
-    const int to = lane.local[index(place)];
-    const bool continues = !runs.empty() && to != own && runs.back().to + runs.back().count == to;
-    if (!continues) runs.push_back({from, to, 0});
-    runs.back().count += size;
-    from += size;
   }
 }
 
 /// What a child left, to where it belongs in the front of its parent; the lower triangle if
 /// symmetric.
-void Multifrontal::add_rest(const Waiting& child, std::size_t node, Lane& lane,
-                            const DenseFront& front) {
-  const int own = analysis().fronts[node].own;
-  const long stride = analysis().fronts[child.front].below;
-  find_runs(child.front, own, lane);
-  const std::vector<Run>& runs = lane.runs;
-  for (std::size_t j = 0; j < runs.size(); ++j) {
-    const Run& right = runs[j];
-    for (std::size_t i = symmetric_ ? j : 0; i < runs.size(); ++i) {
-      const Run& down = runs[i];
-      const double* from = child.rest + down.from + right.from * stride;
-      if (right.to < own) {
-        add(from, stride, front.columns.block(down.to, right.to, down.count, right.count));
-      } else if (down.to < own) {
-        const int to = right.to - own;
-        add_transposed(from, stride, front.rows.block(to, down.to, right.count, down.count));
-      } else {
-        const int to = right.to - own;
-        add(from, stride, front.rest.block(down.to - own, to, down.count, right.count));
-      }
+void Multifrontal::add_rest(const Waiting& child, std::size_t node, Dense& front) {
+  const int own = analysis().fronts[node].own, below = analysis().fronts[child.front].below;
+  const Matrix rest(stack_.data() + child.rest, below, below, Eigen::OuterStride<>(below));
+  const std::span<const int> places = analysis().elimination.below[child.front];
+  const auto take_run =
+      [&](std::size_t& k) {  // of places that stand side by side, on one side of own
+        const int at = local_[index(places[k])];
+        int size = size_at(places[k++]);
+        while (k < places.size() && local_[index(places[k])] == at + size && at + size != own)
+          size += size_at(places[k++]);
+        return std::pair(at, size);
+      };
+  int right = 0;
+  for (std::size_t j = 0; j < places.size();) {
+    const std::size_t first = symmetric_ ? j : 0;
+    const auto [to, columns] = take_run(j);
+    int down = symmetric_ ? right : 0;
+    for (std::size_t i = first; i < places.size();) {
+      const auto [at, rows] = take_run(i);
+      const auto part = rest.block(down, right, rows, columns);
+      if (to < own)
+        front.columns.block(at, to, rows, columns) += part;
+      else if (at < own)
+        front.rows.block(to - own, at, columns, rows) += part.transpose();
+      else
+        front.rest.block(at - own, to - own, rows, columns) += part;
+      down += rows;
     }
-  }
-}
-
-void Multifrontal::add_children(std::size_t node, Lane& lane, const DenseFront& front) {
-  const auto is_child = [&](const Waiting& waiting) {
-    return analysis().elimination.supernodes[waiting.front].parent == static_cast<int>(node);
-  };
-  while (!lane.waiting.empty() && is_child(lane.waiting.back())) {
-    const Waiting& child = lane.waiting.back();
-    const int below = analysis().fronts[child.front].below;
-    if (child.on_stack) lane.top -= area(below, below);
-    add_rest(child, node, lane, front);
-    lane.waiting.pop_back();
+    right += columns;
   }
 }
 
 void Multifrontal::solve(const BlockVector& right, BlockVector& solution) {
-  Lane& lane = lanes_[0];
-  if (keeps_lower_) {
-    take(right);
-    threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
-      const Subtree& subtree = subtrees_[i];
-      Beyond beyond{subtree.beyond, pushes_.data() + subtree.pushes};
-      for (std::size_t s = subtree.first; s < subtree.end; ++s)
-        forward(s, lanes_[1 + index(worker)], beyond);
-    });
-    Beyond none;
-    walk([&](std::size_t s) { forward(s, lane, none); },
-         [&](const Subtree& subtree) { take_off_beyond(subtree); });
-  }
-  auto subtree = subtrees_.rbegin();
-  for (std::size_t s = analysis().fronts.size(); s-- > 0;)
-    if (subtree == subtrees_.rend() || subtree->end != s + 1)
-      backward(s, lane);
-    else
-      s = subtree++->first;
-  threads_.take(subtrees_.size(), [&](int worker, std::size_t i) {
-    for (std::size_t s = subtrees_[i].end; s-- > subtrees_[i].first;)
-      backward(s, lanes_[1 + index(worker)]);
-  });
+  top_ = 0;
+  for (std::size_t s = 0; s < right.size(); ++s) unknowns_of(s) = right[s].head(slots_->size[s]);
+  for (std::size_t s = 0; s < analysis().fronts.size(); ++s) forward(s);
+  for (std::size_t s = analysis().fronts.size(); s-- > 0;) backward(s);
   for (std::size_t s = 0; s < solution.size(); ++s) {
     solution[s].setZero();
     solution[s].head(slots_->size[s]) = unknowns_of(s);
   }
-}
-
-void Multifrontal::take(const BlockVector& right) {
-  for (std::size_t s = 0; s < right.size(); ++s) unknowns_of(s) = right[s].head(slots_->size[s]);
 }
 
 Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) {
@@ -490,24 +372,10 @@ Eigen::VectorBlock<Eigen::VectorXd> Multifrontal::unknowns_of(std::size_t slot) 
                          slots_->size[slot]);
 }
 
-/// What the fronts of a subtree have taken off unknowns beyond it, in their order.
-void Multifrontal::take_off_beyond(const Subtree& subtree) {
-  const double* from = pushes_.data() + subtree.pushes;
-  for (std::size_t s = subtree.first; s < subtree.end; ++s) {
-    for (const int place : analysis().elimination.below[s]) {
-      const int at = analysis().start[index(place)];
-      if (at < subtree.beyond) continue;
-      const int size = analysis().start[index(place) + 1] - at;
-      vector_.segment(at, size) -= Eigen::Map<const Eigen::VectorXd>(from, size);
-      from += size;
-    }
-  }
-}
-
-void Multifrontal::forward(std::size_t node, Lane& lane, Beyond& beyond) {
+void Multifrontal::forward(std::size_t node) {
   const Front& front = analysis().fronts[node];
-  const Columns columns = dense(front, lane).columns;
-  const Factor pivot(columns.data, front.own, front.own, Eigen::OuterStride<>(columns.stride));
+  const Dense factors = dense(front);
+  const auto pivot = factors.columns.topRows(front.own);
   auto own = vector_.segment(front.first, front.own);
   if (symmetric_) {
     pivot.triangularView<Eigen::Lower>().solveInPlace(own);
@@ -515,43 +383,34 @@ void Multifrontal::forward(std::size_t node, Lane& lane, Beyond& beyond) {
     for (int k = 0; k < front.own; ++k) std::swap(own[k], own[exchanges_[index(front.first + k)]]);
     pivot.triangularView<Eigen::UnitLower>().solveInPlace(own);
   }
-  if (front.below == 0) return;
-  lane.below.noalias() = Factor(columns.data + front.own, front.below, front.own,
-                                Eigen::OuterStride<>(columns.stride)) *
-                         own;
+  below_.noalias() = factors.columns.bottomRows(front.below) * own;
   int from = 0;
   for (const int place : analysis().elimination.below[node]) {
-    const int at = analysis().start[index(place)];
-    const int size = analysis().start[index(place) + 1] - at;
-    if (at < beyond.first)
-      vector_.segment(at, size) -= lane.below.segment(from, size);
-    else
-      beyond.to = std::copy_n(lane.below.data() + from, size, beyond.to);
-    from += size;
+    vector_.segment(analysis().start[index(place)], size_at(place)) -=
+        below_.segment(from, size_at(place));
+    from += size_at(place);
   }
 }
 
-void Multifrontal::backward(std::size_t node, Lane& lane) {
+void Multifrontal::backward(std::size_t node) {
   const Front& front = analysis().fronts[node];
-  const int height = keeps_lower_ ? front.own + front.below : front.own;
-  const Factor pivot(factor_.data() + front.columns, front.own, front.own,
-                     Eigen::OuterStride<>(height));
+  const Dense factors = dense(front);
+  const auto pivot = factors.columns.topRows(front.own);
   auto own = vector_.segment(front.first, front.own);
-  lane.below.resize(front.below);
+  below_.resize(front.below);
   int at = 0;
   for (const int place : analysis().elimination.below[node]) {
-    const int size = analysis().start[index(place) + 1] - analysis().start[index(place)];
-    lane.below.segment(at, size) = vector_.segment(analysis().start[index(place)], size);
-    at += size;
+    below_.segment(at, size_at(place)) =
+        vector_.segment(analysis().start[index(place)], size_at(place));
+    at += size_at(place);
   }
-  const double* beside = symmetric_ ? pivot.data() + front.own : factor_.data() + front.rows;
-  const Factor rows(beside, front.below, front.own,
-                    Eigen::OuterStride<>(symmetric_ ? height : front.below));
-  own.noalias() -= rows.transpose() * lane.below;
-  if (symmetric_)
+  if (symmetric_) {
+    own.noalias() -= factors.columns.bottomRows(front.below).transpose() * below_;
     pivot.triangularView<Eigen::Lower>().transpose().solveInPlace(own);
-  else
+  } else {
+    own.noalias() -= factors.rows.transpose() * below_;
     pivot.triangularView<Eigen::Upper>().solveInPlace(own);
+  }
 }
 
 double Multifrontal::condition_estimate() const {

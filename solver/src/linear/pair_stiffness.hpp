@@ -20,6 +20,8 @@ using ContactRows = Eigen::Matrix<double, 3, 2 * n, Eigen::RowMajor>;
 /// flush().
 template <int n>
 class PairStiffness {
+  using Square = Eigen::Matrix<double, 2 * n, 2 * n>;
+
  public:
   PairStiffness(BlockSystem& system, std::size_t first, std::size_t end)
       : system_(&system), first_(static_cast<int>(first)), end_(static_cast<int>(end)) {}
@@ -48,14 +50,16 @@ class PairStiffness {
 
   void flush() {
     if (count_ == 0) return;
-    const int from = of_.a >= 0 ? 0 : n, sides = of_.a >= 0 && of_.b >= 0 ? 2 : 1;
-    const Columns left{rows_.data() + from, 2 * n, sides * n, 3 * count_};
-    sum_.fill(0.0);
-    subtract_product(left, {pushed_.data() + from, 2 * n, 1}, Triangle::Both,
-                     {sum_.data(), 2 * n, sides * n, sides * n});
+    Square sum = Square::Zero();
+    const Eigen::Index depth = 3 * count_;
+    const Eigen::Map<const Eigen::MatrixXd> left(rows_.data(), 2 * n, depth);
+    subtract_product(left, {pushed_.data(), 2 * n, 1}, sum);
+    const auto part = [&](int row, int column) {
+      return sum.template block<n, n>(row * n, column * n);
+    };
     count_ = 0;
     if (owns(of_.a)) system_->diagonal.template part<n>(index(of_.a)) += part(0, 0);
-    if (owns(of_.b)) system_->diagonal.template part<n>(index(of_.b)) += part(sides - 1, sides - 1);
+    if (owns(of_.b)) system_->diagonal.template part<n>(index(of_.b)) += part(1, 1);
     if (of_.pair < 0 || !owns(std::min(of_.a, of_.b))) return;
     const int earlier = of_.a < of_.b ? 0 : 1, later = 1 - earlier;
     system_->off_diagonal.template part<n>(index(of_.pair)) += part(earlier, later);
@@ -69,10 +73,6 @@ class PairStiffness {
 
   bool owns(int slot) const { return slot >= first_ && slot < end_; }
 
-  ConstPart<n> part(int row, int column) const {
-    return ConstPart<n>(sum_.data() + n * (row + column * 2 * n), Eigen::OuterStride<>(2 * n));
-  }
-
   struct Blocks {
     int a = -1, b = -1, pair = -1;
   };
@@ -82,7 +82,6 @@ class PairStiffness {
   Blocks of_;  // of the contacts that wait
   int count_ = 0;
   std::array<double, kMost * kNumbers> rows_, pushed_;  // of these, J and - T J
-  std::array<double, 4 * n * n> sum_;
 };
 
 }  // namespace quoin::solver
