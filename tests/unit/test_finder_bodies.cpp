@@ -26,7 +26,6 @@ Matrix3 turned(double angle) {
   return m;
 }
 
-/// Places of a wall in running bond with joints of 0.1 mm, each brick off by `jitter`.
 bool sorted(const std::vector<ContactPoint>& contacts) {
   return std::is_sorted(contacts.begin(), contacts.end(),
                         [](const ContactPoint& c, const ContactPoint& d) { return c.key < d.key; });
@@ -228,7 +227,7 @@ TEST_CASE("bodies: erasing one renames nothing, and its handle never comes again
 TEST_CASE("bodies: whatever happened before, the list is that of a new finder") {
   const SharedShape brick = box(kBrick), tip = tetrahedron();
   Random random(77);
-  ContactFinder finder({.reach = 1e-3}), two({.reach = 1e-3, .threads = 2});
+  ContactFinder finder({.reach = 1e-3}), two({.reach = 1e-3, .threads = 5});
   std::vector<BodyOptions> options;
   std::vector<Placement> places = wall(12, 12, 1e-4, random);
   const auto add = [&](const Placement& place) {
@@ -242,6 +241,7 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
   };
   for (const Placement& place : places) add(place);
   std::vector<ContactPoint> contacts, with_two, before;
+  int least = 1 << 30;  // pairs searched in a step
   for (int step = 0; step < 60; ++step) {
     const int handles = static_cast<int>(options.size());
     const double share = step % 5 == 0 ? 0.5 : step % 5 == 1 ? 0.02 : 0.0;
@@ -269,12 +269,16 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
     }
     const int more = step == 40 ? 100 : step % 4 == 3 ? 3 : 0;
     for (int k = 0; k < more; ++k) add(places[static_cast<std::size_t>(random.integer(0, 143))]);
-    finder.find(contacts);
-    two.find(with_two);
+    const double reach = step / 10 % 2 == 0 ? 1e-3 : 2e-3;
+    finder.set_reach(reach);
+    two.set_reach(reach);
+    const int searched = finder.find(contacts).searched;
+    REQUIRE(two.find(with_two).searched == searched);
+    least = std::min(least, searched);
     REQUIRE(sorted(contacts));
     REQUIRE(same_but_previous(contacts, with_two));
     const int names = static_cast<int>(options.size());
-    REQUIRE(same_but_previous(contacts, found_afresh(finder, names, 1e-3, options)));
+    REQUIRE(same_but_previous(contacts, found_afresh(finder, names, reach, options)));
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       REQUIRE(contacts[i].previous == with_two[i].previous);
       REQUIRE(contacts[i].previous < static_cast<int>(before.size()));
@@ -282,6 +286,7 @@ TEST_CASE("bodies: whatever happened before, the list is that of a new finder") 
     before = contacts;
   }
   CHECK(finder.size() > 20);
+  CHECK(least == 0);
 }
 
 TEST_CASE("bodies: masks, the caller's filter and idle bodies leave pairs out") {
@@ -486,36 +491,6 @@ TEST_CASE("bodies: another shape has no history") {
   for (const ContactPoint& contact : contacts) CHECK(contact.previous >= 0);
 }
 
-TEST_CASE("bodies: the caller's threads, in whatever order they run") {
-  Random random(31);
-  const SharedShape brick = box(kBrick);
-  Backwards five(5);
-  ContactFinder one({.reach = 1e-3}), other({.reach = 1e-3, .executor = &five});
-  std::vector<Placement> places = wall(20, 20, 1e-4, random);
-  for (const Placement& place : places) {
-    one.add(brick, place);
-    other.add(brick, place);
-  }
-  CHECK(one.threads() == 1);
-  CHECK(other.threads() == 5);
-  std::vector<ContactPoint> contacts, theirs;
-  for (int step = 0; step < 6; ++step) {
-    one.find(contacts);
-    other.find(theirs);
-    REQUIRE(contacts.size() > 1000);
-    REQUIRE(same_but_previous(contacts, theirs));
-    for (std::size_t i = 0; i < contacts.size(); ++i)
-      REQUIRE(contacts[i].previous == theirs[i].previous);
-    for (int i = 0; i < one.size(); ++i) {
-      if (!random.chance(step == 2 ? 0.1 : 1.0)) continue;
-      places[static_cast<std::size_t>(i)].translation += 1e-4 * random.direction();
-      one.move(i, places[static_cast<std::size_t>(i)]);
-      other.move(i, places[static_cast<std::size_t>(i)]);
-    }
-  }
-  CHECK(five.calls == 2 * 6);  // pairs in each call, their points
-}
-
 TEST_CASE("bodies: the results of many pairs, put in their place by two workers") {
   Random random(32);
   const SharedShape brick = box(kBrick);
@@ -549,6 +524,8 @@ TEST_CASE("bodies: the results of many pairs, put in their place by two workers"
       other.move(i, places[static_cast<std::size_t>(i)]);
     }
   }
+  CHECK(one.threads() == 1);
+  CHECK(other.threads() == 2);
   CHECK(two.calls == 2 * 4);  // pairs in each call, their points
 }
 
