@@ -1,4 +1,4 @@
-/// What is wrong with solids in words, and solids whose coordinates were rounded in a file.
+/// Solids whose coordinates were rounded in a file.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -15,15 +15,6 @@ namespace {
 using namespace quoin::geometry;
 using namespace quoin::tests;
 using Faces = std::vector<std::vector<int>>;
-
-const Faces kCubeFaces{{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-
-Points cube() {
-  Points points(3, 8);
-  for (int i = 0; i < 8; ++i) points.col(i) = Vector3(i & 1, i >> 1 & 1, i >> 2 & 1);
-  return points;
-}
 
 struct Solid {
   Points points;
@@ -66,47 +57,7 @@ Points written(const Points& points) {
   return read;
 }
 
-std::string first_fault(const Points& points, const Faces& faces) {
-  const std::vector<ShapeFault> faults = shape_faults(points, faces);
-  return faults.empty() ? "" : faults[0].text;
-}
-
 }  // namespace
-
-TEST_CASE("shape faults: none of a cube; inside out is told and taken") {
-  CHECK(shape_faults(cube(), kCubeFaces).empty());
-  Faces inverted = kCubeFaces;
-  for (std::vector<int>& face : inverted) std::reverse(face.begin(), face.end());
-  const std::vector<ShapeFault> faults = shape_faults(cube(), inverted);
-  REQUIRE(faults.size() == 1);
-  CHECK_THAT(faults[0].text, ContainsSubstring("inside out"));
-  CHECK(!faults[0].refused);
-  CHECK_NOTHROW(make_shape(cube(), inverted));
-}
-
-TEST_CASE("shape faults: not closed, flat, NaN, equal points, dents") {
-  Points points = cube();
-  points(1, 5) = std::nan("");
-  CHECK_THAT(first_fault(points, kCubeFaces), ContainsSubstring("point 5"));
-  Faces open = kCubeFaces;
-  open.pop_back();
-  CHECK_THAT(first_fault(cube(), open), ContainsSubstring("edge"));
-  points = cube();
-  points.col(7) = points.col(3);
-  CHECK_THAT(first_fault(points, kCubeFaces), ContainsSubstring("points 3 and 7 are equal"));
-  points = cube();
-  points.row(2) *= 1e-12;
-  const std::string flat = first_fault(points, kCubeFaces);
-  CHECK_THAT(flat, ContainsSubstring("plane"));
-  points = cube();
-  points.col(7) = Vector3(0.6, 0.6, 0.6);  // three faces are bent, and all see others outside
-  const std::vector<ShapeFault> dents = shape_faults(points, kCubeFaces);
-  CHECK(dents.size() >= 3);
-  CHECK_THAT(dents[0].text, ContainsSubstring("face 1 is off its plane by"));
-  CHECK_THAT(dents[0].text, ContainsSubstring("limit"));
-  CHECK_THROWS_AS(make_shape(points, kCubeFaces), InputError);
-  CHECK_THROWS_AS(make_shape(cube(), kCubeFaces, {.coordinate_rounding = -1.0}), InputError);
-}
 
 TEST_CASE("coordinate rounding: no triangulated prism of six digits is refused") {
   Random random(12);
