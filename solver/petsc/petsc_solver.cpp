@@ -5,7 +5,6 @@
 #include <quoin/solver/ranks.hpp>
 
 #include "base/index.hpp"
-#include "block_rows.hpp"
 #include "linear/distributed_solver.hpp"
 #include "petsc_call.hpp"
 
@@ -24,9 +23,8 @@ struct RowPlaces {
   int width = 0;  ///< unknowns of a row, 6 or 12
   std::vector<int> block_of_slot;
   std::vector<int> row_of_slot;
-  std::vector<int> own;        ///< slots of this rank, ascending
-  std::vector<int> own_start;  ///< of each, first of its entries in `own_column`, and their number
-  std::vector<int> own_column;
+  std::vector<int> own;                    ///< slots of this rank, ascending
+  std::vector<std::pair<int, int>> pairs;  ///< of slots, that are coupled
   bool operator==(const RowPlaces&) const = default;
 };
 
@@ -58,11 +56,9 @@ class PetscSolver : public DistributedSolver {
   bool solve(const BlockVector& right, BlockVector& solution, LinearSolverCounts& counts) override;
 
  private:
-  template <int n>
   void set_matrix(const BlockSystem& system, const Slots& slots);
-  template <int n>
-  void set_values(const BlockRows<n>& rows);
-  RowPlaces places(const Slots& slots, int width) const;
+  void set_block(int row, int column, const Eigen::Ref<const Eigen::MatrixXd>& block);
+  RowPlaces places(const BlockSystem& system, const Slots& slots) const;
   void make_matrix();
   void set_rigid_motions(std::span<const Frame> frames);
   void set_up_iterations();
@@ -81,8 +77,19 @@ class PetscSolver : public DistributedSolver {
   Petsc<KSP, KSPDestroy> iterations_, factors_;
 };
 
-RowPlaces PetscSolver::places(const Slots& slots, int width) const {
-  RowPlaces result{width, slots.block_of_slot, {}, {}, {}, {}};
+/// Pairs of slots that are coupled; the others have no entry.
+std::vector<std::size_t> coupled(const BlockSystem& system) {
+  std::vector<std::size_t> result;
+  for (std::size_t p = 0; p < system.pairs.size(); ++p) {
+    const bool none =
+        system.off_diagonal[p].isZero(0.0) && (system.symmetric || system.mirrored[p].isZero(0.0));
+    if (!none) result.push_back(p);
+  }
+  return result;
+}
+
+RowPlaces PetscSolver::places(const BlockSystem& system, const Slots& slots) const {
+  RowPlaces result{slots.width(), slots.block_of_slot, {}, {}, {}};
   std::vector<int> next(index(ranks_.count()) + 1, 0);  // first row of each rank
   for (const int block : slots.block_of_slot) ++next[index(rank_of_block_[index(block)]) + 1];
   for (std::size_t r = 1; r < next.size(); ++r) next[r] += next[r - 1];
@@ -91,6 +98,7 @@ RowPlaces PetscSolver::places(const Slots& slots, int width) const {
     result.row_of_slot.push_back(next[index(rank_of_block_[index(block)])]++);
     if (rank_of_block_[index(block)] == ranks_.rank()) result.own.push_back(static_cast<int>(s));
   }
+  for (const std::size_t p : coupled(system)) result.pairs.push_back(system.pairs[p]);
   return result;
 }
 
@@ -98,12 +106,12 @@ RowPlaces PetscSolver::places(const Slots& slots, int width) const {
 void PetscSolver::make_matrix() {
   const int own = static_cast<int>(places_.own.size());
   const int first = own > 0 ? places_.row_of_slot[index(places_.own.front())] : 0;
-  std::vector<PetscInt> inside(index(own), 0), outside(index(own), 0);
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    for (int k = places_.own_start[i]; k < places_.own_start[i + 1]; ++k) {
-      const int column = places_.row_of_slot[index(places_.own_column[index(k)])];
-      ++(column >= first && column < first + own ? inside : outside)[i];
-    }
+  std::vector<PetscInt> inside(index(own), 1), outside(index(own), 0);  // blocks of each own row
+  const auto owns = [&](int row) { return row >= first && row < first + own; };
+  for (const auto& [a, b] : places_.pairs) {
+    const int i = places_.row_of_slot[index(a)], j = places_.row_of_slot[index(b)];
+    if (owns(i)) ++(owns(j) ? inside : outside)[index(i - first)];
+    if (owns(j)) ++(owns(i) ? inside : outside)[index(j - first)];
   }
   iterations_.reset();
   factors_.reset();
@@ -119,42 +127,41 @@ void PetscSolver::make_matrix() {
   petsc(VecScatterCreateToAll(solution_.get(), to_all_.fresh(), everything_.fresh()));
 }
 
-template <int n>
-void PetscSolver::set_values(const BlockRows<n>& rows) {
-  for (const int slot : places_.own) {
-    const PetscInt row = places_.row_of_slot[index(slot)];
-    for (int k = rows.start[index(slot)]; k < rows.start[index(slot) + 1]; ++k) {
-      const PetscInt column = places_.row_of_slot[index(rows.column[index(k)])];
-      petsc(MatSetValuesBlocked(matrix_.get(), 1, &row, 1, &column, rows.value[index(k)].data(),
-                                INSERT_VALUES));
-    }
+/// `block`: of the slots `row` and `column`; unknowns that they lack have 1 on the diagonal.
+void PetscSolver::set_block(int row, int column, const Eigen::Ref<const Eigen::MatrixXd>& block) {
+  const int height = size_[index(row)], width = size_[index(column)];
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(places_.width, places_.width);
+  values.topLeftCorner(height, width) = block.topLeftCorner(height, width);
+  if (row == column) values.diagonal().tail(places_.width - height).setOnes();
+  const PetscInt i = places_.row_of_slot[index(row)], j = places_.row_of_slot[index(column)];
+  petsc(MatSetValuesBlocked(matrix_.get(), 1, &i, 1, &j, values.data(), INSERT_VALUES));
+}
+
+void PetscSolver::set_matrix(const BlockSystem& system, const Slots& slots) {
+  RowPlaces next = places(system, slots);
+  if (ranks_.largest(next == places_ ? 0 : 1) != 0) {
+    places_ = std::move(next);
+    make_matrix();
+  }
+  for (const int slot : places_.own) set_block(slot, slot, system.diagonal[index(slot)]);
+  const auto owns = [&](int slot) {
+    return rank_of_block_[index(places_.block_of_slot[index(slot)])] == ranks_.rank();
+  };
+  for (const std::size_t p : coupled(system)) {
+    const auto [a, b] = system.pairs[p];
+    if (owns(a)) set_block(a, b, system.off_diagonal[p]);
+    if (!owns(b)) continue;
+    system.symmetric ? set_block(b, a, system.off_diagonal[p].transpose())
+                     : set_block(b, a, system.mirrored[p]);
   }
   petsc(MatAssemblyBegin(matrix_.get(), MAT_FINAL_ASSEMBLY));
   petsc(MatAssemblyEnd(matrix_.get(), MAT_FINAL_ASSEMBLY));
 }
 
-template <int n>
-void PetscSolver::set_matrix(const BlockSystem& system, const Slots& slots) {
-  const BlockRows<n> rows = block_rows<n>(system, slots);
-  RowPlaces next = places(slots, n);
-  next.own_start.push_back(0);
-  for (const int slot : next.own) {
-    next.own_column.insert(next.own_column.end(), rows.column.begin() + rows.start[index(slot)],
-                           rows.column.begin() + rows.start[index(slot) + 1]);
-    next.own_start.push_back(static_cast<int>(next.own_column.size()));
-  }
-  if (ranks_.largest(next == places_ ? 0 : 1) != 0) {
-    places_ = std::move(next);
-    make_matrix();
-  }
-  set_values(rows);
-}
-
 bool PetscSolver::factorize(const BlockSystem& system, const Slots& slots, LinearSolverKind kind) {
   size_ = slots.size;
   symmetric_ = system.symmetric;
-  const bool rigid = std::ranges::all_of(size_, [](int size) { return size == 6; });
-  rigid ? set_matrix<6>(system, slots) : set_matrix<12>(system, slots);
+  set_matrix(system, slots);
   petsc(MatSetOption(matrix_.get(), MAT_SYMMETRIC, symmetric_ ? PETSC_TRUE : PETSC_FALSE));
   iterates_ = kind == LinearSolverKind::Multigrid;
   if (!iterates_) return eliminate();
