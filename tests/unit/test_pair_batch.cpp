@@ -8,6 +8,7 @@
 #include "support/bricks.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -213,19 +214,6 @@ std::vector<Body> shaken_wall(const Shape& brick, quoin::tests::Random& random, 
   return bodies;
 }
 
-void check_same(const std::vector<ContactPoint>& found, const std::vector<ContactPoint>& expected) {
-  REQUIRE(found.size() == expected.size());
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    REQUIRE(found[k].key == expected[k].key);
-    REQUIRE(found[k].type == expected[k].type);
-    REQUIRE(found[k].point_a == expected[k].point_a);
-    REQUIRE(found[k].point_b == expected[k].point_b);
-    REQUIRE(found[k].normal == expected[k].normal);
-    REQUIRE(found[k].gap == expected[k].gap);
-    REQUIRE(found[k].area == expected[k].area);
-  }
-}
-
 }  // namespace
 
 TEST_CASE(
@@ -253,7 +241,7 @@ TEST_CASE(
       for (std::size_t k = 0; k < 3; ++k) {
         CAPTURE(lean, step, k);
         batches[k].find(BodySource(bodies), pairs, found, pools[k]);
-        check_same(found, expected);
+        REQUIRE(same_but_previous(found, expected));
       }
     }
   }

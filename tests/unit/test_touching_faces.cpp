@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <quoin/geometry/build.hpp>
-#include <quoin/geometry/queries.hpp>
 
 #include "support/bits.hpp"
 #include "support/catch.hpp"
@@ -210,44 +209,6 @@ TEST_CASE("faces that share but a strip are no proof of a deeper overlap") {
     const Found found = touching(a, b, Vector3::UnitZ());
     if (found.proved)
       CHECK(std::abs(found.gap - tests::exact_gap(a, b)) <= 16 * kEpsilon * cube.diameter());
-  }
-}
-
-TEST_CASE(
-    "the witnesses of bricks that are parallel but for rounding lie on both, whatever they share") {
-  // Turns and places of pairs that once had a corner beside the other's face as their witness.
-  const Shape brick = geometry::make_box({0, 0, 0}, {2, 3, 1});
-  struct Case {
-    Vector3 half;  // of the other brick
-    Vector3 turn;  // rotation vector
-    Vector3 translation;
-  };
-  const Case cases[] = {
-      {{1, 1, 1},
-       {0x1.349536dc079e4p-49, -0x1.1003d1018105dp-48, 0x1.2c74438db1c1ap-49},
-       {0x1.311a16d5a6ecap+1, 0x1.0000000000003p+2, -0x1.ff7ced9168741p-1}},
-      {{1, 1, 1},
-       {-0x1.a9554b3fe89f2p-49, 0x1.2add169f563b6p-49, -0x1.972d1eaa19d29p-50},
-       {-0x1.0000000000002p+0, 0x1.ffffffffffffep+1, -0x1.800000000001ep+0}},
-      {{1, 1, 1},
-       {-0x1.97d3a1c4b1d35p-50, -0x1.2d8e34ea69ee7p-46, -0x1.13674be7d7054p-47},
-       {0x1.17dbe9d3056dbp+1, 0x1.fffffffffffe3p+1, -0x1.7fffffffffff2p+0}},
-      {{1, 1, 0x1.eab84347ab096p-10},
-       {0x1.3420648b1255dp-49, 0x1.cf0d0a456abd1p-49, -0x1.58f13546027aap-48},
-       {-1, -1, -1}},
-  };
-  for (const Case& c : cases) {
-    const Shape other = geometry::make_box(-c.half, c.half);
-    Placement placement;
-    placement.linear << 1, -c.turn.z(), c.turn.y(), c.turn.z(), 1, -c.turn.x(), -c.turn.y(),
-        c.turn.x(), 1;
-    placement.translation = c.translation;
-    const Body a(brick), b(other, placement);
-    for (const auto& [one, two] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-      const geometry::NearestFeatures nearest = geometry::nearest_features(*one, *two);
-      CHECK(geometry::contains(*one, nearest.point_a, 1e-12));
-      CHECK(geometry::contains(*two, nearest.point_b, 1e-12));
-    }
   }
 }
 
