@@ -51,6 +51,22 @@ class StagedWork(FolderTest):
         self.assertEqual((told["blocks"]["rigid"], told["blocks"]["absent"]), (1, 3))
         self.assertAlmostEqual(told["blocks"]["weight"][2], -10000, delta=1e-3)
 
+    def test_what_wets_and_ties_what_is_gone_goes_with_it(self):
+        bears = {"water": [{"pressure": 100, "on": "joints", "blocks": ["roof", "top"]}, {"level": 9, "blocks": "top"}],
+                 "ties": [{"from": {"block": "top", "point": [1, 0.5, 2.5]}, "stiffness": 1,
+                           "to": {"block": "firm", "point": [3, 0.5, 0.5]}}]}
+        told = self.summary({**self.roof("remove", {"analysis": "dynamic", "duration": 0.1}), **bears})
+        self.assertEqual(sorted(told["stages"][1]["removed"]), ["roof", "top"])
+        self.assertAlmostEqual(told["monitors"]["ground"]["force"][2], -10000, delta=1e-3)
+
+    def test_the_water_of_a_joint_goes_with_the_block_behind_it(self):
+        blocks = [GROUND, block("a", [0, 0, 0], [1, 1, 1]), block("b", [1, 0, 0], [2, 1, 1])]
+        for water, top in (({"on": "joints", "between": ["a", "b"]}, 0), ({"on": "free", "blocks": "a"}, 2000)):
+            told = self.summary(scene(blocks, [{"analysis": "static"}, {"analysis": "static", "remove": "b"}],
+                                      water=[{"pressure": 2000, **water}], monitors=[{"name": "ground", "contact": ["*", "ground"]}]))
+            for found, right in zip(told["monitors"]["ground"]["force"], (0, 0, -10000 - top)):
+                self.assertAlmostEqual(found, right, delta=1e-3)
+
     def test_what_has_come_loose_goes_on_falling(self):
         told = self.summary(self.roof("continue", {"analysis": "dynamic", "duration": 0.2}))
         self.assertEqual(sorted(told["stages"][1]["loose"]), ["roof", "top"])

@@ -21,6 +21,7 @@
 #include "scene_file/schema_check.hpp"
 #include "scene_file/shared_topology.hpp"
 #include "scene_file/shown.hpp"
+#include "scene_file/staged_work.hpp"
 #include "scene_file/start_joints.hpp"
 #include "scene_file/ties.hpp"
 #include "scene_file/water.hpp"
@@ -1220,27 +1221,11 @@ class Reader {
     });
   }
 
-  /// The scene with those that are absent out of it. What can't move takes no load.
+  /// The scene with those that are absent out of it.
   solver::Scene present(solver::Scene scene) const {
     for (std::size_t b = 0; b < scene.blocks.size(); ++b)
       if (absent_[b]) scene.blocks[b].kind = BlockKind::Absent;
-    const auto bears_none = [&](const auto& load) {
-      return !moves_freely(scene.blocks[static_cast<std::size_t>(load.block)]);
-    };
-    std::erase_if(scene.point_loads, bears_none);
-    std::erase_if(scene.face_loads, bears_none);
-    std::erase_if(scene.body_loads, bears_none);
-    std::erase_if(scene.fixed_points, bears_none);
-    std::erase_if(scene.pressure_loads, bears_none);
-    std::erase_if(scene.quiet_faces, bears_none);
-    std::erase_if(scene.ties, [&](const solver::Tie& tie) {
-      const auto has = [&](int block, auto... kinds) {
-        return block >= 0 && ((scene.blocks[static_cast<std::size_t>(block)].kind == kinds) || ...);
-      };
-      using enum BlockKind;
-      return has(tie.a, Absent) || has(tie.b, Absent) ||
-             !(has(tie.a, Rigid, Deformable) || has(tie.b, Rigid, Deformable));
-    });
+    drop_unborne(scene);
     return scene;
   }
 

@@ -20,6 +20,24 @@ solver::VectorOfTime scaled(const solver::VectorOfTime& value,
 
 }  // namespace
 
+void drop_unborne(solver::Scene& scene) {
+  using enum BlockKind;
+  const auto is = [&](int block, auto... kinds) {
+    return block >= 0 && ((scene.blocks[static_cast<std::size_t>(block)].kind == kinds) || ...);
+  };
+  const auto bears_none = [&](const auto& load) { return !is(load.block, Rigid, Deformable); };
+  std::erase_if(scene.point_loads, bears_none);
+  std::erase_if(scene.face_loads, bears_none);
+  std::erase_if(scene.body_loads, bears_none);
+  std::erase_if(scene.fixed_points, bears_none);
+  std::erase_if(scene.pressure_loads, bears_none);
+  std::erase_if(scene.quiet_faces, bears_none);
+  std::erase_if(scene.ties, [&](const solver::Tie& tie) {
+    return is(tie.a, Absent) || is(tie.b, Absent) ||
+           !(is(tie.a, Rigid, Deformable) || is(tie.b, Rigid, Deformable));
+  });
+}
+
 void StagedWork::take_tractions(const solver::Simulation& simulation, const solver::Scene& next) {
   const auto kind = [](const solver::Scene& scene, int block) {
     return scene.blocks[static_cast<std::size_t>(block)].kind;
@@ -93,11 +111,7 @@ solver::Scene StagedWork::worked(solver::Scene scene) const {
   };
   for (const int block : removed_)
     scene.blocks[static_cast<std::size_t>(block)].kind = BlockKind::Absent;
-  const auto bears_none = [&](const auto& load) { return is_gone(load.block); };
-  std::erase_if(scene.point_loads, bears_none);
-  std::erase_if(scene.face_loads, bears_none);
-  std::erase_if(scene.body_loads, bears_none);
-  std::erase_if(scene.fixed_points, bears_none);
+  drop_unborne(scene);
   if (ramps_) {
     for (solver::PointLoad& load : scene.point_loads) load.force = scaled(load.force, share_);
     for (solver::FaceLoad& load : scene.face_loads) load.traction = scaled(load.traction, share_);

@@ -6,6 +6,9 @@
 
 namespace quoin::scene_file {
 
+/// Takes out loads, held points, quiet faces and ties of blocks that are absent or can't move.
+void drop_unborne(solver::Scene& scene);
+
 class StagedWork {
  public:
   /// Contact forces of blocks that `next` removes on those that stay, and can move, are loads from

@@ -17,9 +17,10 @@ class Wetting {
 
   void joint(const StartJoint& joint, double factor) {
     std::vector<Vector3> corners = joint.corners;
-    add(joint.a, joint.normal, corners, factor);
+    const bool of_two = joint.a != joint.b;
+    add(joint.a, joint.normal, corners, factor, of_two ? joint.b : -1);
     std::ranges::reverse(corners);
-    add(joint.b, -joint.normal, std::move(corners), factor);
+    add(joint.b, -joint.normal, std::move(corners), factor, of_two ? joint.a : -1);
   }
 
   void faces(int index) {
@@ -37,7 +38,8 @@ class Wetting {
 
  private:
   /// `normal`: outward of the block.
-  void add(int block, const Vector3& normal, std::vector<Vector3> corners, double factor) {
+  void add(int block, const Vector3& normal, std::vector<Vector3> corners, double factor,
+           int across = -1) {
     const BlockKind kind = scene_.blocks[static_cast<std::size_t>(block)].kind;
     if (kind != BlockKind::Rigid && kind != BlockKind::Deformable) return;
     if (water_.towards && normal.dot(water_.towards->normalized()) < kParallel) return;
@@ -46,7 +48,8 @@ class Wetting {
                                      .corners = std::move(corners),
                                      .field = water_.field,
                                      .factor = factor,
-                                     .divisions = water_.divisions});
+                                     .divisions = water_.divisions,
+                                     .across = across});
   }
 
   const Water& water_;

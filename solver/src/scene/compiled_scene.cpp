@@ -220,7 +220,10 @@ void compile_loads(CompiledScene& compiled) {
     if (!load.field || !load.field->value || load.corners.size() < 3 || load.divisions < 1)
       throw InputError(what + " needs a field, three corners, and at least one division");
     for (const Vector3& corner : load.corners) check_finite(corner, what + ": corner");
-    add_pressure(compiled, load);
+    if (load.across >= std::ssize(scene.blocks))
+      throw InputError(what + ": there is no block across");
+    if (load.across < 0 || scene.blocks[index(load.across)].kind != BlockKind::Absent)
+      add_pressure(compiled, load);
   }
   for (const FixedPoint& point : scene.fixed_points) {
     const std::string what = checked_load(scene, "fixed point", scene.fixed_points, point);

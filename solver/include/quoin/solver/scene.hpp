@@ -163,6 +163,7 @@ struct PressureLoad {
   std::shared_ptr<const PressureField> field{};
   double factor = 1.0;  ///< of the pressure; -1 takes off what another load has too much
   int divisions = 4;    ///< of each triangle's edges, >= 1
+  int across = -1;      ///< of a joint: the other block; the load is none while that is absent
 };
 
 /// Viscous boundary on a face of the block's topology [Lysmer & Kuhlemeyer 1969]. In dynamic steps
