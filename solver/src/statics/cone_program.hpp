@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <span>
 
 #include "linear/multifrontal.hpp"
 
@@ -51,5 +52,31 @@ struct ConeSolution {
 
 /// The best iterate: the caller judges what it proves.
 ConeSolution solve(const ConeProgram& program, int most_iterations);
+
+/// The balance of rigid blocks: A of a program, and S = A W A' + proximal, W a matrix a contact.
+class BalanceMatrix {
+ public:
+  /// `program` must outlive this object.
+  explicit BalanceMatrix(const ConeProgram& program);
+
+  Eigen::VectorXd loads(const Eigen::VectorXd& forces) const;  ///< A x, 6 a slot
+  Eigen::VectorXd motions(const Eigen::VectorXd& y) const;     ///< A'y, 3 a contact
+
+  /// False where S is singular to working accuracy. `weights`: by contact.
+  bool factorize(std::span<const Matrix3> weights, double proximal);
+  Eigen::VectorXd solve(const Eigen::VectorXd& right);  ///< S⁻¹, after factorize()
+
+ private:
+  const ConeProgram& program_;
+  Slots slots_;
+  Multifrontal elimination_;
+  BlockSystem system_;
+  std::vector<int> pair_of_contact_;
+};
+
+/// `y` (6 a slot, the largest 1), moved as little as makes contacts that stick or slide to within
+/// `near` do so exactly: v = 0 where |v| < near, v_n = mu |v_t| where these differ by less. By
+/// Newton's method; the others are left as they are, so the result may be incompatible.
+Eigen::VectorXd compatible_motion(const ConeProgram& program, Eigen::VectorXd y, double near);
 
 }  // namespace quoin::solver

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "base/index.hpp"
+#include "base/joined_groups.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/joint_area.hpp"
 #include "contact/joint_law.hpp"
-#include "statics/compatible_motion.hpp"
 #include "statics/cone_program.hpp"
 
 namespace quoin::solver {
@@ -46,21 +46,17 @@ struct Group {
 
 std::vector<Group> groups_of(const EquilibriumProblem& problem, std::vector<int>& slot_of_block) {
   const std::size_t count = problem.blocks.size();
-  std::vector<int> parent(count);
-  for (std::size_t b = 0; b < count; ++b) parent[b] = static_cast<int>(b);
-  const auto root = [&](int b) {
-    while (parent[index(b)] != b) b = parent[index(b)] = parent[index(parent[index(b)])];
-    return b;
-  };
+  JoinedGroups joined;
+  joined.part(count);
   const auto moves = [&](int b) { return b >= 0 && problem.blocks[index(b)].moves; };
   for (const EquilibriumContact& c : problem.contacts)
-    if (moves(c.a) && moves(c.b)) parent[index(root(c.b))] = root(c.a);
+    if (moves(c.a) && moves(c.b)) joined.join(c.a, c.b);
   std::vector<Group> groups;
   std::vector<int> group_of(count, -1);
   slot_of_block.assign(count, -1);
   for (int b = 0; b < static_cast<int>(count); ++b) {
     if (!moves(b)) continue;
-    int& group = group_of[index(root(b))];
+    int& group = group_of[index(joined.least(b))];
     if (group < 0) {
       group = static_cast<int>(groups.size());
       groups.emplace_back();
@@ -71,7 +67,7 @@ std::vector<Group> groups_of(const EquilibriumProblem& problem, std::vector<int>
   for (int i = 0; i < static_cast<int>(problem.contacts.size()); ++i) {
     const EquilibriumContact& c = problem.contacts[index(i)];
     const int one = moves(c.a) ? c.a : c.b;
-    if (moves(one)) groups[index(group_of[index(root(one))])].contacts.push_back(i);
+    if (moves(one)) groups[index(group_of[index(joined.least(one))])].contacts.push_back(i);
   }
   return groups;
 }

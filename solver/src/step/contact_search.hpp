@@ -11,6 +11,9 @@ double vertex_speed(const BlockModel& model, const BlockState& block);
 /// Of the smaller of two blocks, m.
 double pair_size(const CompiledScene& compiled, int a, int b);
 
+/// An overlap by less than this is none, m. `size`: of the smaller block, m.
+inline double overlap_limit(double size) { return 1e-9 * size; }
+
 /// Of pair_size(): blocks that come nearer by more in a step may jump over each other.
 inline constexpr double kFarthest = 0.5;
 

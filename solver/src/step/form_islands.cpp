@@ -6,7 +6,6 @@
 #include "base/index.hpp"
 #include "step/contact_search.hpp"
 #include "step/island_extremes.hpp"
-#include "step/missed_contacts.hpp"
 #include "step/share_out.hpp"
 #include "step/sorted_by_key.hpp"
 

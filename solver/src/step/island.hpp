@@ -9,8 +9,8 @@
 #include <memory>
 #include <optional>
 
+#include "base/joined_groups.hpp"
 #include "step/entrance_plane.hpp"
-#include "step/joined_groups.hpp"
 #include "step/step_attempt.hpp"
 #include "step/step_flags.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The velocity problem of a sub-step, and how much of its restitution it bears.
 
+#include "base/joined_groups.hpp"
 #include "contact/linear_contact.hpp"
-#include "step/joined_groups.hpp"
 #include "step/sub_step.hpp"
 
 namespace quoin::solver {
