@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <quoin/geometry/build.hpp>
+#include <quoin/geometry/executor.hpp>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,21 @@ inline std::vector<geometry::Placement> wall(int rows, int columns, double jitte
   }
   return placements;
 }
+
+/// Workers one after the other, the last one first.
+class Backwards final : public geometry::Executor {
+ public:
+  explicit Backwards(int workers) : workers_(workers) {}
+  int workers() const override { return workers_; }
+  void run(Task task, void* context) override {
+    ++calls;
+    for (int worker = workers_; worker-- > 0;) task(context, worker);
+  }
+  int calls = 0;
+
+ private:
+  int workers_;
+};
 
 /// What the InputError says that `call` throws; empty: it throws none.
 std::string message(const auto& call) {

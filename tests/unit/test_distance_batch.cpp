@@ -9,6 +9,7 @@
 
 #include "referee/pairs/families.hpp"
 #include "support/bits.hpp"
+#include "support/bricks.hpp"
 #include "support/catch.hpp"
 #include "support/counted_allocations.hpp"
 #include "support/random.hpp"
@@ -129,15 +130,6 @@ std::vector<NearestFeatures> asked_alone(const std::vector<Body>& bodies,
   return answers;
 }
 
-/// Workers one after the other, the last one first.
-struct Turns : Executor {
-  int count = 1;
-  int workers() const override { return count; }
-  void run(Task task, void* context) override {
-    for (int worker = count; worker-- > 0;) task(context, worker);
-  }
-};
-
 }  // namespace
 
 TEST_CASE("distance batch: the bits of each pair asked alone, cold and warm") {
@@ -205,8 +197,7 @@ TEST_CASE("distance batch: any number of workers, and nothing allocated") {
   std::vector<NearestFeatures> expected = first;
   update_nearest_features(crowd.bodies, crowd.pairs, expected);
   for (const int workers : {1, 2, 3, 5, 7}) {
-    Turns turns;
-    turns.count = workers;
+    quoin::tests::Backwards turns(workers);
     std::vector<NearestFeatures> answers = first;
     const long before = quoin::tests::allocations;
     update_nearest_features(crowd.bodies, crowd.pairs, answers, {}, &turns);

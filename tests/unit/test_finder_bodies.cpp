@@ -52,21 +52,6 @@ std::vector<ContactPoint> found_afresh(const ContactFinder& finder, int handles,
   return contacts;
 }
 
-/// Workers one after the other, the last one first.
-class Backwards final : public Executor {
- public:
-  explicit Backwards(int workers) : workers_(workers) {}
-  int workers() const override { return workers_; }
-  void run(Task task, void* context) override {
-    ++calls;
-    for (int worker = workers_; worker-- > 0;) task(context, worker);
-  }
-  int calls = 0;
-
- private:
-  int workers_;
-};
-
 /// What events, ranges and predecessors mean, held against the two lists and results themselves.
 void check_against_before(const ContactFinder& finder, const std::vector<ContactPoint>& now,
                           const std::vector<PairResult>& results_before,

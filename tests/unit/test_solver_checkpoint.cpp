@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "support/catch.hpp"
+#include "support/same_state.hpp"
 #include "support/sanitized.hpp"
 
 using namespace quoin::solver;
@@ -57,24 +58,6 @@ std::string saved(const Simulation& simulation) {
   return out.str();
 }
 
-void require_same(const State& a, const State& b) {
-  REQUIRE(a.time == b.time);
-  REQUIRE(a.energy.mechanical() == b.energy.mechanical());
-  for (std::size_t i = 0; i < a.blocks.size(); ++i) {
-    REQUIRE(a.blocks[i].centroid == b.blocks[i].centroid);
-    REQUIRE(a.blocks[i].rotation.coeffs() == b.blocks[i].rotation.coeffs());
-    REQUIRE(a.blocks[i].velocity == b.blocks[i].velocity);
-    REQUIRE(a.blocks[i].strain == b.blocks[i].strain);
-  }
-  REQUIRE(a.contacts.size() == b.contacts.size());
-  for (std::size_t i = 0; i < a.contacts.size(); ++i) {
-    REQUIRE(a.contacts[i].point.key == b.contacts[i].point.key);
-    REQUIRE(a.contacts[i].normal_force == b.contacts[i].normal_force);
-    REQUIRE(a.contacts[i].shear_force == b.contacts[i].shear_force);
-    REQUIRE(a.contacts[i].slip == b.contacts[i].slip);
-  }
-}
-
 }  // namespace
 
 TEST_CASE("a simulation that is read goes on as the one that was saved, to the bit") {
@@ -86,7 +69,7 @@ TEST_CASE("a simulation that is read goes on as the one that was saved, to the b
       std::istringstream in(saved(simulation));
       other.load(in);
       REQUIRE(simulation.advance().status == other.advance().status);
-      require_same(simulation.state(), other.state());
+      REQUIRE(quoin::tests::same_bits(simulation.state(), other.state()));
     }
   }
 }
@@ -101,7 +84,7 @@ TEST_CASE("rigid and deformable bricks go on to the bit, whatever the steps befo
         std::istringstream in(saved(simulation));
         other.load(in);
         REQUIRE(simulation.advance().status == other.advance().status);
-        require_same(simulation.state(), other.state());
+        REQUIRE(quoin::tests::same_bits(simulation.state(), other.state()));
       }
     }
   }
@@ -170,7 +153,7 @@ TEST_CASE("a function of time that throws ends its step alone") {
       throws = false;
     }
     REQUIRE(disturbed.advance().status == undisturbed.advance().status);
-    require_same(disturbed.state(), undisturbed.state());
+    REQUIRE(quoin::tests::same_bits(disturbed.state(), undisturbed.state()));
   }
 }
 
@@ -190,9 +173,9 @@ TEST_CASE("a step that is stopped has not begun") {
     asked = 0;
     REQUIRE(simulation.advance().status == StepStatus::Stopped);
     REQUIRE(simulation.state().step == 0);
-    require_same(simulation.state(), undisturbed.state());
+    REQUIRE(quoin::tests::same_bits(simulation.state(), undisturbed.state()));
   }
   allowed = 1 << 30;
   REQUIRE(simulation.advance().status == undisturbed.advance().status);
-  require_same(simulation.state(), undisturbed.state());
+  REQUIRE(quoin::tests::same_bits(simulation.state(), undisturbed.state()));
 }

@@ -10,8 +10,10 @@
 #include <quoin/solver.hpp>
 
 #include "support/catch.hpp"
+#include "support/same_state.hpp"
 
 using namespace quoin::solver;
+using quoin::tests::same_bits;
 namespace geometry = quoin::geometry;
 
 namespace {
@@ -104,13 +106,6 @@ void add_heap(Scene& scene, const Vector3& at) {
 }
 
 const Vector3 kHere(-8, 0, 0), kThere(8, 0, 0);
-
-bool same_bits(const BlockState& a, const BlockState& b) {
-  return a.centroid == b.centroid && a.centroid_rest == b.centroid_rest &&
-         a.rotation.coeffs() == b.rotation.coeffs() && a.strain == b.strain &&
-         a.velocity == b.velocity && a.angular_velocity == b.angular_velocity &&
-         a.strain_rate == b.strain_rate;
-}
 
 /// Steps until blocks `first` … of `both` and 0 … of `alone` differ.
 int steps_alike(Simulation& both, Simulation& alone, std::size_t first, int steps) {
@@ -262,12 +257,8 @@ TEST_CASE("islands: any number of threads gives the same bits") {
     CHECK(phases.detect + phases.assemble + phases.solve + phases.update <= passed.count());
     REQUIRE(two.advance().block_solves == report.block_solves);
     REQUIRE(five.advance().block_solves == report.block_solves);
-    bool same = true;
-    for (std::size_t b = 0; b < one.state().blocks.size(); ++b) {
-      same = same && same_bits(one.state().blocks[b], two.state().blocks[b]) &&
-             same_bits(one.state().blocks[b], five.state().blocks[b]);
-    }
-    CHECK(same);
+    CHECK(same_bits(one.state(), two.state()));
+    CHECK(same_bits(one.state(), five.state()));
     CHECK(std::memcmp(&one.state().energy, &five.state().energy, sizeof(EnergyLedger)) == 0);
   }
 }

@@ -13,6 +13,7 @@
 #include "solver/src/iteration/cone.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/same_state.hpp"
 
 using namespace quoin::solver;
 using namespace quoin::tests;
@@ -265,13 +266,7 @@ TEST_CASE("contacts that yield have the same bits on any number of threads") {
   for (int step = 0; step < 2; ++step) {
     REQUIRE(one.advance().status == StepStatus::Converged);
     REQUIRE(three.advance().status == StepStatus::Converged);
-    bool same = true;
-    for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
-      const BlockState &x = one.state().blocks[b], &y = three.state().blocks[b];
-      same = same && x.centroid == y.centroid && x.rotation.coeffs() == y.rotation.coeffs() &&
-             x.velocity == y.velocity && x.angular_velocity == y.angular_velocity;
-    }
-    CHECK(same);
+    CHECK(same_bits(one.state(), three.state()));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "support/catch.hpp"
+#include "support/same_state.hpp"
 
 using namespace quoin::solver;
 using namespace quoin::tests;
@@ -63,11 +64,7 @@ TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
   std::istringstream in(middle);
   Simulation other(with, {}, in);
   run(other, 20);
-  for (std::size_t b = 0; b < 3; ++b) {
-    const BlockState &one = simulation.state().blocks[b], &two = other.state().blocks[b];
-    REQUIRE(one.centroid == two.centroid);
-    REQUIRE(one.velocity == two.velocity);
-  }
+  REQUIRE(quoin::tests::same_bits(simulation.state(), other.state()));
   REQUIRE(simulation.state().energy.work == other.state().energy.work);
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -15,6 +14,7 @@
 
 #include "step/step_flags.hpp"
 #include "support/catch.hpp"
+#include "support/same_state.hpp"
 
 using namespace quoin::solver;
 using namespace quoin::tests;
@@ -343,20 +343,10 @@ TEST_CASE("Any number of threads gives the same bits") {
     }
     Simulation simulation(scene, {.time_step = 5e-3, .threads = threads});
     for (int i = 0; i < 8; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
-    std::vector<double> bits;
-    for (const BlockState& b : simulation.state().blocks) {
-      bits.insert(bits.end(), b.centroid.begin(), b.centroid.end());
-      bits.insert(bits.end(), b.velocity.begin(), b.velocity.end());
-      bits.insert(bits.end(), b.angular_velocity.begin(), b.angular_velocity.end());
-    }
-    return bits;
+    return simulation.state();
   };
-  const std::vector<double> one = run(1);
-  for (const int threads : {2, 4}) {
-    const std::vector<double> more = run(threads);
-    REQUIRE(one.size() == more.size());
-    CHECK(std::memcmp(one.data(), more.data(), one.size() * sizeof(double)) == 0);
-  }
+  const State one = run(1);
+  for (const int threads : {2, 4}) CHECK(same_bits(one, run(threads)));
 }
 
 TEST_CASE("Time is counted in steps, not added up; static steps take none") {
