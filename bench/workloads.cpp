@@ -302,10 +302,11 @@ BenchShape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_
   return shape_of(geometry::make_shape(vertices, triangles));
 }
 
-/// The family "box-tilt-1e-6": by how much one box leans against the other, rad; 0 for others.
+/// The families "box-tilt-1e-6" and "box-rock-1e-6": by how much one box leans against the other,
+/// rad; 0 for others.
 double tilt_of(const std::string& family) {
-  constexpr std::string_view kTilt = "box-tilt-";
-  return family.starts_with(kTilt) ? std::stod(family.substr(kTilt.size())) : 0.0;
+  const bool leans = family.starts_with("box-tilt-") || family.starts_with("box-rock-");
+  return leans ? std::stod(family.substr(9)) : 0.0;
 }
 
 /// One block on another as in running bond, gap or overlap 1e-6 … 1e-3 of the size; where it leans,
@@ -335,7 +336,8 @@ Workload stacked_workload(const std::string& family, const WorkloadScale& scale)
     const double gap = (workload.overlap ? -length : length) - tilt * pair.size;
     Matrix3 lean = Matrix3::Identity();  // about the middle of the upper one's lower face
     if (tilt > 0.0) {
-      const double heading = random.uniform(0, 2 * kPi);
+      const double any = random.uniform(0, 2 * kPi);
+      const double heading = family.starts_with("box-rock") ? 0.0 : any;  // about an edge
       lean = referee::rotation_about({std::cos(heading), std::sin(heading), 0.0}, tilt);
     }
     std::vector<Eigen::Vector2d> shifted = upper;
@@ -386,7 +388,8 @@ std::vector<std::string> distance_workload_names() {
 
 std::vector<std::string> manifold_workload_names() {
   return {"W4/box-overlap",   "W4/box-gap",       "W4/prism-overlap", "W4/prism-gap",
-          "W4/box-tilt-1e-9", "W4/box-tilt-1e-6", "W4/box-tilt-1e-3", "W4/box-tilt-1e-2"};
+          "W4/box-tilt-1e-9", "W4/box-tilt-1e-6", "W4/box-tilt-1e-3", "W4/box-tilt-1e-2",
+          "W4/box-rock-1e-3"};
 }
 
 Workload make_workload(const std::string& name, const WorkloadScale& scale) {
