@@ -29,7 +29,7 @@ Side side_of(const Solid& solid, const Carrier& carrier) {
 }
 
 /// The side of A on which the normal of two edges looks is left open.
-template <bool kFused, FeatureKind kA, FeatureKind kB>
+template <FeatureKind kA, FeatureKind kB>
 LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
                    const Side& at_a, const Side& at_b, double rounding) {
   if constexpr (kA == kFace) return face_line(face_normal(a, by_a.face));
@@ -42,9 +42,8 @@ LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Ca
 
 /// Do just these vertices carry the support plane, clearly: all others lie deeper than `clear`, m?
 /// Then any way to the plane finds them.
-template <class Scan>
-bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
-                 double rounding, double clear, int& top) {
+inline bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
+                        double rounding, double clear, int& top) {
   const Rows rows(solid);
   const Vec3 local = rows.local(outward);
   top = vertices[0];
@@ -133,12 +132,12 @@ inline Vec3 between(const Solid& a, const Solid& b) {
   return Vec3(b.vertex_mean()) - Vec3(a.vertex_mean());
 }
 
-template <class Scan, FeatureKind kA, FeatureKind kB>
+template <FeatureKind kA, FeatureKind kB>
 Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
   constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
   const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
-  LineNormal form = form_of<Scan::kFused, kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
+  LineNormal form = form_of<kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
   if (!form.found) return Trial::Refuted;
   if (!kByFace && !form.joined) return Trial::Refuted;
   if (kEdges) {
@@ -149,8 +148,8 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   const Vec3 normal = one_zero(form.normal);
   int top_a, top_b;
   const double clear = kByFace ? length.widest : (1.0 + kTurnedShare) * length.widest;
-  if (!carry_alone<Scan>(a, vertices_of<kA>(a, by_a), normal, length.rounding, clear, top_a) ||
-      !carry_alone<Scan>(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b))
+  if (!carry_alone(a, vertices_of<kA>(a, by_a), normal, length.rounding, clear, top_a) ||
+      !carry_alone(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b))
     return Trial::Refuted;
   const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
   const double gap = dot(normal, low - high);
@@ -196,22 +195,21 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
   return Trial::Proved;
 }
 
-template <class Scan>
-Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-                const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
+inline Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
+                       const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
   switch (3 * static_cast<int>(by_a.kind) + static_cast<int>(by_b.kind)) {
     case 0:
-      return attempt<Scan, kVertex, kVertex>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kVertex, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     case 1:
-      return attempt<Scan, kVertex, kEdge>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kVertex, kEdge>(a, b, by_a, by_b, length, overlap, answer);
     case 2:
-      return attempt<Scan, kVertex, kFace>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kVertex, kFace>(a, b, by_a, by_b, length, overlap, answer);
     case 3:
-      return attempt<Scan, kEdge, kVertex>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kEdge, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     case 4:
-      return attempt<Scan, kEdge, kEdge>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kEdge, kEdge>(a, b, by_a, by_b, length, overlap, answer);
     case 6:
-      return attempt<Scan, kFace, kVertex>(a, b, by_a, by_b, length, overlap, answer);
+      return attempt<kFace, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     default:
       return Trial::Undecided;
   }

@@ -2,20 +2,9 @@
 /// alone.
 
 #include "kernels/build.hpp"
-#include "shape/scan_256.hpp"
-#include "simd/lanes_256.hpp"
 
 namespace quoin::geometry {
-namespace {
 
-struct Avx2 {
-  using FewScan = Scan256;
-  using ManyScan = Scan256;
-  using Lanes = Lanes256;
-};
-
-}  // namespace
-
-constinit const Kernels kAvx2Kernels = Build<Avx2>::kernels("AVX2");
+constinit const Kernels kAvx2Kernels = Build::kernels("AVX2");
 
 }  // namespace quoin::geometry

@@ -1,6 +1,5 @@
 #pragma once
-/// All kernels from the scans and lanes of one instruction set. Included once by the file of each.
-/// Internal.
+/// All kernels. Included once by the file of each instruction set. Internal.
 
 #include "certify/certificate_kernel.hpp"
 #include "kernels/kernels.hpp"
@@ -28,43 +27,31 @@
 namespace quoin::geometry {
 namespace {
 
-/// `Set`: FewScan for solids of few vertices, ManyScan for others; Lanes.
-template <class Set>
 struct Build {
-  using FewScan = typename Set::FewScan;
-  using ManyScan = typename Set::ManyScan;
-  using Lanes = typename Set::Lanes;
-
   QUOIN_WHOLE static Support support(const Solid& solid, const Vector3& direction) {
     const Rows rows(solid);
-    return ManyScan::support(rows, rows.local(direction));
+    return Scan::support(rows, rows.local(direction));
   }
   QUOIN_WHOLE static void find_vertices_beyond(const Solid& solid, const Vector3& direction,
                                                double value, VertexSet& vertices) {
     vertices.clear();
     const Rows rows(solid);
-    ManyScan::beyond(rows, rows.local(direction), value, vertices);
+    Scan::beyond(rows, rows.local(direction), value, vertices);
   }
   QUOIN_WHOLE static int count_beyond(const Solid& solid, const Vector3& direction, double value) {
     const Rows rows(solid);
-    return ManyScan::count_beyond(rows, rows.local(direction), value);
+    return Scan::count_beyond(rows, rows.local(direction), value);
   }
   QUOIN_WHOLE static bool carried_alone(const Solid& solid, const Vector3& direction,
                                         const Carriers& carriers, Support& top) {
     const Rows rows(solid);
-    return FewScan::carried_alone(rows, rows.local(direction), carriers, top);
+    return Scan::carried_alone(rows, rows.local(direction), carriers, top);
   }
 
-  template <class Scan>
-  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify_by(
+  [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static Trial certify(
       const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
       const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-    return try_kinds<Scan>(a, b, by_a, by_b, length, overlap, answer);
-  }
-  static Trial certify(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
-                       const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
-    return few_vertices(a, b) ? certify_by<FewScan>(a, b, by_a, by_b, length, overlap, answer)
-                              : certify_by<ManyScan>(a, b, by_a, by_b, length, overlap, answer);
+    return try_kinds(a, b, by_a, by_b, length, overlap, answer);
   }
   QUOIN_WHOLE static Trial certify_hint(const Solid& a, const Solid& b, const FeatureHint& hint,
                                         const Lengths& length, NearestFeatures& answer) {
@@ -77,7 +64,7 @@ struct Build {
 
   [[gnu::noinline]] QUOIN_WHOLE QUOIN_UNPACKED static CornerFeatures nearest_corners(
       const Solid& a, const Solid& b) {
-    return around<FewScan>(a, b, between(a, b));
+    return around(a, b, between(a, b));
   }
   QUOIN_WHOLE static Trial certify_corners(const Solid& a, const Solid& b, const Lengths& length,
                                            NearestFeatures& answer) {
@@ -85,20 +72,14 @@ struct Build {
     Carrier by_a, by_b;
     if (!corner_carrier(a, corners.p, by_a) || !corner_carrier(b, corners.q, by_b))
       return Trial::Refuted;
-    return certify_by<FewScan>(a, b, by_a, by_b, length, nullptr, answer);
+    return certify(a, b, by_a, by_b, length, nullptr, answer);
   }
 
-  template <class Scan, class AnyRows>
-  [[gnu::noinline]] QUOIN_WHOLE static SearchResult search_by(const Solid& p, const Solid& q,
-                                                              const Vector3& direction,
-                                                              double rounding) {
-    return search_rows<Scan, AnyRows>(p, q, direction, rounding);
-  }
   template <class AnyRows>
-  static SearchResult search(const Solid& p, const Solid& q, const Vector3& direction,
-                             double rounding) {
-    return few_vertices(p, q) ? search_by<FewScan, AnyRows>(p, q, direction, rounding)
-                              : search_by<ManyScan, AnyRows>(p, q, direction, rounding);
+  [[gnu::noinline]] QUOIN_WHOLE static SearchResult search(const Solid& p, const Solid& q,
+                                                           const Vector3& direction,
+                                                           double rounding) {
+    return search_rows<AnyRows>(p, q, direction, rounding);
   }
   static SearchResult nearest_feature_search(const Solid& p, const Solid& q,
                                              const Vector3& direction, double rounding) {
@@ -108,19 +89,13 @@ struct Build {
   }
 
   QUOIN_WHOLE static SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
-    return least_overlap<Lanes>(p, q, rounding);
+    return least_overlap(p, q, rounding);
   }
 
-  template <class Scan>
-  [[gnu::noinline]] QUOIN_WHOLE static SearchResult expand_by(const Solid& p, const Solid& q,
-                                                              const SearchResult& start,
-                                                              double rounding) {
-    return Polytope<Scan, Lanes>(p, q, rounding).grow(start);
-  }
-  static SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
-                                      double rounding) {
-    return few_vertices(p, q) ? expand_by<FewScan>(p, q, start, rounding)
-                              : expand_by<ManyScan>(p, q, start, rounding);
+  [[gnu::noinline]] QUOIN_WHOLE static SearchResult expand_polytope(const Solid& p, const Solid& q,
+                                                                    const SearchResult& start,
+                                                                    double rounding) {
+    return Polytope(p, q, rounding).grow(start);
   }
 
   static constexpr Kernels kernels(const char* name) {

@@ -71,6 +71,10 @@ struct Directions {
     }
   }
   Vector3 edge(std::size_t k) const { return {x[k], y[k], z[k]}; }
+  FourVectors picked(const std::uint16_t* k) const {
+    return {Four{x[k[0]], x[k[1]], x[k[2]], x[k[3]]}, Four{y[k[0]], y[k[1]], y[k[2]], y[k[3]]},
+            Four{z[k[0]], z[k[1]], z[k[2]], z[k[3]]}};
+  }
 };
 
 /// How far the bricks overlap along each of the directions, and at least so far, m. Edges that are
@@ -81,33 +85,25 @@ struct Overlaps {
 };
 
 /// Four of them.
-template <class Lanes>
-void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across, double reach,
-                   Overlaps& overlaps) {
+inline void find_overlaps(const Directions& edges, std::size_t first, const Vector3& across,
+                          double reach, Overlaps& overlaps) {
   constexpr double kParallel = 1.0 / kParallelSine;
-  const auto all = [](double value) { return Lanes::all(value); };
-  const auto size = [&](const Lanes& v) { return v.larger(all(0.0) - v); };
+  const auto size = [](const Four& v) { return larger(v, -v); };
   const std::uint16_t *const u = &Directions::kFirst[first], *const v = &Directions::kSecond[first];
-  const Lanes ux = Lanes::picked(edges.x.data(), u), vx = Lanes::picked(edges.x.data(), v);
-  const Lanes uy = Lanes::picked(edges.y.data(), u), vy = Lanes::picked(edges.y.data(), v);
-  const Lanes uz = Lanes::picked(edges.z.data(), u), vz = Lanes::picked(edges.z.data(), v);
-  const Lanes x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-  const auto along = [&](double a, double b, double c) {
-    return size(x * all(a) + y * all(b) + z * all(c));
+  const FourVectors a = edges.picked(u), b = edges.picked(v), normal = cross(a, b);
+  const auto along = [&](double x, double y, double z) {
+    return size(dot(normal, {four(x), four(y), four(z)}));
   };
-  Lanes sum = all(0.0) - along(across.x(), across.y(), across.z());
+  Four sum = -along(across.x(), across.y(), across.z());
   for (std::size_t k = 0; k < 6; ++k) sum = sum + along(edges.x[k], edges.y[k], edges.z[k]);
-  const Lanes squared = x * x + y * y + z * z;
-  const Lanes whole = (ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz);
-  const Lanes inverse = all(1.0) / squared.root();
-  const Lanes depth = sum * inverse;
-  const Lanes cancelled = whole * (inverse * inverse);
-  const auto there = cancelled.below(all(kParallel * kParallel));
-  depth.where(there, all(kInfinity)).store(overlaps.value + first);
-  (depth - all(kEpsilon * reach) * (all(kDirectionRounding) + cancelled))
-      .where(there, all(-kInfinity))
-      .store(overlaps.sure + first);
-  cancelled.store(overlaps.skew + first);
+  const Four inverse = four(1.0) / root(dot(normal, normal));
+  const Four depth = sum * inverse;
+  const Four cancelled = dot(a, a) * dot(b, b) * (inverse * inverse);
+  const FourFlags there = cancelled < four(kParallel * kParallel);
+  store(either(there, depth, four(kInfinity)), overlaps.value + first);
+  const Four sure = depth - four(kEpsilon * reach) * (four(kDirectionRounding) + cancelled);
+  store(either(there, sure, four(-kInfinity)), overlaps.sure + first);
+  store(cancelled, overlaps.skew + first);
 }
 
 /// Across the two edges of a direction, towards Q; any length.
@@ -158,36 +154,31 @@ struct BrickPair {
 };
 
 /// Directions of which a number is below a limit; beyond it.
-template <class Lanes>
-unsigned below(const double* row, double limit) {
-  unsigned bits = 0;
-  for (int k = 0; k < 16; k += 4) bits |= Lanes::of(row + k).below(Lanes::all(limit)).bits() << k;
-  return bits & Directions::kAll;
+inline unsigned below(const double* row, double limit) {
+  unsigned all = 0;
+  for (int k = 0; k < 16; k += 4) all |= bits(load(row + k) < four(limit)) << k;
+  return all & Directions::kAll;
 }
-template <class Lanes>
-unsigned beyond(const double* row, double limit) {
-  unsigned bits = 0;
-  for (int k = 0; k < 16; k += 4) bits |= Lanes::all(limit).below(Lanes::of(row + k)).bits() << k;
-  return bits & Directions::kAll;
+inline unsigned beyond(const double* row, double limit) {
+  unsigned all = 0;
+  for (int k = 0; k < 16; k += 4) all |= bits(load(row + k) > four(limit)) << k;
+  return all & Directions::kAll;
 }
 
 /// Bricks that no direction parts by more than rounding, nor shows to overlap by more.
-template <class Lanes>
-SearchResult touching_planes(const BrickPair& pair) {
+inline SearchResult touching_planes(const BrickPair& pair) {
   const SearchResult unclear;
   constexpr double kClose = 16.0;  // inverse sine of edges that are all but parallel
   const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
-  const unsigned parallel = beyond<Lanes>(overlaps.value, std::numeric_limits<double>::max());
-  const unsigned open =
-      ~beyond<Lanes>(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
-  const unsigned close = ~below<Lanes>(overlaps.skew, kClose * kClose) & Directions::kAll;
+  const unsigned parallel = beyond(overlaps.value, std::numeric_limits<double>::max());
+  const unsigned open = ~beyond(overlaps.sure, kBothPart * rounding) & ~parallel & Directions::kAll;
+  const unsigned close = ~below(overlaps.skew, kClose * kClose) & Directions::kAll;
   if ((open & close) != 0) return unclear;
   // Several planes, and so on any other way, which may measure them otherwise.
   const double unsure = kTieBand * rounding + p.uneven + q.uneven;
   if (std::abs(least) > rounding - unsure) return unclear;
-  const unsigned sure =
-      ~beyond<Lanes>(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
-  const unsigned tied = ~beyond<Lanes>(overlaps.value, kBothPart * rounding) & Directions::kAll;
+  const unsigned sure = ~beyond(overlaps.value, kBothPart * rounding - unsure) & Directions::kAll;
+  const unsigned tied = ~beyond(overlaps.value, kBothPart * rounding) & Directions::kAll;
   const SearchResult mean = mean_of_planes(edges, tied, across, unclear);
   const bool certain = sure == tied || mean_of_planes(edges, sure, across, unclear).outcome ==
                                            SearchOutcome::Touching;
@@ -195,14 +186,13 @@ SearchResult touching_planes(const BrickPair& pair) {
 }
 
 /// Bricks that overlap less in one direction than in all others, beyond doubt.
-template <class Lanes>
-SearchResult clear_overlap(const BrickPair& pair) {
+inline SearchResult clear_overlap(const BrickPair& pair) {
   SearchResult result;
   const auto& [p, q, edges, overlaps, across, rounding, least] = pair;
-  const unsigned best = ~beyond<Lanes>(overlaps.value, least) & Directions::kAll;
+  const unsigned best = ~beyond(overlaps.value, least) & Directions::kAll;
   const double error = kBrickErrors * (p.error + q.error), clear = kBrickClear * rounding + error;
   if (!(least > clear) || !std::has_single_bit(best) ||
-      (beyond<Lanes>(overlaps.sure, least + clear) | best) != Directions::kAll)
+      (beyond(overlaps.sure, least + clear) | best) != Directions::kAll)
     return result;
   const auto lane = static_cast<std::size_t>(std::countr_zero(best));
   const std::size_t first = Directions::kFirst[lane], second = Directions::kSecond[lane];
@@ -223,21 +213,20 @@ SearchResult clear_overlap(const BrickPair& pair) {
   return result;
 }
 
-template <class Lanes>
-SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double rounding) {
+inline SearchResult least_overlap(const Solid& solid_p, const Solid& solid_q, double rounding) {
   const Brick p(solid_p), q(solid_q);
   const Vector3 across = (solid_q.origin() - solid_p.origin()) + (q.middle - p.middle);
   const double reach = across.norm() + solid_p.diameter() + solid_q.diameter();
   const Directions edges(p, q);
   Overlaps overlaps;
-  Lanes least_four = Lanes::all(kInfinity);
+  Four least_four = four(kInfinity);
   for (std::size_t k = 0; k < 16; k += 4) {
-    find_overlaps<Lanes>(edges, k, across, reach, overlaps);
-    least_four = least_four.smaller(Lanes::of(overlaps.value + k));
+    find_overlaps(edges, k, across, reach, overlaps);
+    least_four = smaller(least_four, load(overlaps.value + k));
   }
-  const BrickPair pair{p, q, edges, overlaps, across, rounding, least_four.least()};
+  const BrickPair pair{p, q, edges, overlaps, across, rounding, geometry::least(least_four)};
   const bool touching = std::abs(pair.least) <= rounding;
-  SearchResult result = touching ? touching_planes<Lanes>(pair) : clear_overlap<Lanes>(pair);
+  SearchResult result = touching ? touching_planes(pair) : clear_overlap(pair);
   if (result.outcome == SearchOutcome::Unclear) {
     const bool even = p.even && q.even;
     result.normal = even ? facing_direction(edges, overlaps, across) : Vector3(Vector3::Zero());

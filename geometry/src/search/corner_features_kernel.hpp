@@ -16,17 +16,12 @@ struct Ways {
 };
 
 template <int... kLanes>
-Four lanes(const Four& v) {
-  return __builtin_shufflevector(v, v, kLanes...);
-}
-template <int... kLanes>
 Ways picked(const Ways& ways) {
   return {
-      {lanes<kLanes...>(ways.way.x), lanes<kLanes...>(ways.way.y), lanes<kLanes...>(ways.way.z)},
-      lanes<kLanes...>(ways.slope),
-      lanes<kLanes...>(ways.square)};
+      {picked<kLanes...>(ways.way.x), picked<kLanes...>(ways.way.y), picked<kLanes...>(ways.way.z)},
+      picked<kLanes...>(ways.slope),
+      picked<kLanes...>(ways.square)};
 }
-inline Four larger(const Four& a, const Four& b) { return a > b ? a : b; }
 
 /// The last is none.
 inline Ways ways(const FourVectors& way, const FourVectors& w) {
@@ -50,8 +45,7 @@ Ends ends_of(const Rows& rows, std::span<const int> ends, int vertex) {
   const FourVectors turned{there.x * a[0] + there.y * a[3] + there.z * a[6],
                            there.x * a[1] + there.y * a[4] + there.z * a[7],
                            there.x * a[2] + there.y * a[5] + there.z * a[8]};
-  return {{lanes<3, 3, 3, 3>(turned.x), lanes<3, 3, 3, 3>(turned.y), lanes<3, 3, 3, 3>(turned.z)},
-          turned};
+  return {{four(turned.x[3]), four(turned.y[3]), four(turned.z[3])}, turned};
 }
 
 /// By how much the squared distance shrinks on four features; their numbers in the last bits. 0:
@@ -109,8 +103,7 @@ struct CornerFeatures {
   std::array<int, 3> p, q;
 };
 
-template <class Scan>
-CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& direction) {
+inline CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& direction) {
   const Rows rows_p(solid_p), rows_q(solid_q);
   const PairSupport both = Scan::support_pair(rows_p, rows_q, direction);
   const int i = both.p.vertex, j = both.q.vertex;
@@ -123,17 +116,15 @@ CornerFeatures around(const Solid& solid_p, const Solid& solid_q, const Vec3& di
                              ends_q = solid_q.topology().neighbours(j);
   const Ends at_p = ends_of(rows_p, ends_p, i), at_q = ends_of(rows_q, ends_q, j);
   const Ways p = ways(at_p.here - at_p.there, w), q = ways(at_q.there - at_q.here, w);
-  Four most =
+  const Four most =
       larger(larger(larger(gain_on_faces(picked<0, 0, 0, 0>(p), q, 1),
                            gain_on_faces(picked<1, 1, 1, 1>(p), q, 5)),
                     larger(gain_on_faces(picked<2, 2, 2, 2>(p), q, 9),
                            gain_on_faces(p, picked<1, 2, 0, 3>(p), 13))),
              larger(larger(gain_on_faces(q, picked<1, 2, 0, 3>(q), 17), gain_on_edges(q, 21)),
                     larger(gain_at_ends(p, 25), gain_at_ends(q, 28))));
-  most = larger(most, lanes<2, 3, 0, 1>(most));
-  most = larger(most, lanes<1, 0, 3, 2>(most));
   static constexpr std::array<Spanned, 32> kSpanned = spanned();
-  const Spanned& by = kSpanned[std::bit_cast<std::uint64_t>(most[0]) & 31u];
+  const Spanned& by = kSpanned[std::bit_cast<std::uint64_t>(greatest(most)[0]) & 31u];
   const std::array<int, 4> all_p{ends_p[0], ends_p[1], ends_p[2], i},
       all_q{ends_q[0], ends_q[1], ends_q[2], j};
   return {{all_p[by.p[0]], all_p[by.p[1]], all_p[by.p[2]]},

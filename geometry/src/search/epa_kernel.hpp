@@ -19,7 +19,6 @@ namespace {
 /// origin their inner sides, each ray from the origin meets one of them; so the least distance of a
 /// facet is a depth that the solids have at least. See geometry/README.md, "Least overlap".
 /// Facets are triangles, counter-clockwise seen from outside, their planes rows of numbers.
-template <class Scan, class Lanes>
 class Polytope {
  public:
   Polytope(const Solid& p, const Solid& q, double rounding) : p_(p), q_(q), rounding_(rounding) {}
@@ -64,21 +63,18 @@ class Polytope {
   /// Four triangles: their apexes and from there to the two other corners, each with how far that
   /// corner is from the origin; the product of the two, outward.
   struct Triangles {
-    Lanes apex[4], from[4], to[4];
-    Lanes x, y, z;
+    Four apex[4], from[4], to[4];
+    FourVectors normal;
     Triangles(const double (*corners)[4], const Number* a, const Number* b, const Number* c) {
-      Lanes::turn(corners, c, apex);
-      Lanes::turn(corners, a, from);
-      Lanes::turn(corners, b, to);
+      turn(corners, c, apex);
+      turn(corners, a, from);
+      turn(corners, b, to);
       for (int k = 0; k < 3; ++k) {
         from[k] = from[k] - apex[k];
         to[k] = to[k] - apex[k];
       }
-      x = from[1] * to[2] - from[2] * to[1];
-      y = from[2] * to[0] - from[0] * to[2];
-      z = from[0] * to[1] - from[1] * to[0];
+      normal = cross(FourVectors{from[0], from[1], from[2]}, FourVectors{to[0], to[1], to[2]});
     }
-    Lanes squared() const { return x * x + y * y + z * z; }
   };
   /// The sides of a tetrahedron.
   static constexpr Number kSides[3][4] = {{0, 1, 2, 0}, {1, 0, 1, 2}, {2, 3, 3, 3}};
@@ -101,7 +97,7 @@ class Polytope {
 
   Index add_corner(const Corner& corner) {
     const Index c = corner_count_++;
-    Lanes::of(corner.w.x(), corner.w.y(), corner.w.z(), corner.w.norm()).store(corner_[c]);
+    store(Four{corner.w.x(), corner.w.y(), corner.w.z(), corner.w.norm()}, corner_[c]);
     vertex_p_[c] = corner.p;
     vertex_q_[c] = corner.q;
     return c;
@@ -122,7 +118,7 @@ class Polytope {
   void restart() {
     corner_count_ = 4;
     facet_count_ = 0;
-    Lanes::all(kNone).store(least_);
+    store(four(kNone), least_);
   }
 
   bool lay_tetrahedron() {
@@ -191,14 +187,10 @@ class Polytope {
                             kRight[8] = {5, 6, 7, 7, 6, 7, 7, 7};
     restart();
     const Triangles sides(corner_, kSides[0], kSides[1], kSides[2]);
-    alignas(32) double x[4], y[4], z[4], squared[4];
-    sides.x.store(x);
-    sides.y.store(y);
-    sides.z.store(z);
-    sides.squared().store(squared);
+    const Four squared = dot(sides.normal, sides.normal);
     bool beyond = true;
     for (Index k = 0; k < 4; ++k) {
-      const Vector3 outward(x[k], y[k], z[k]);
+      const Vector3 outward(sides.normal.x[k], sides.normal.y[k], sides.normal.z[k]);
       const Corner top = find_corner(-outward);
       const double gain = outward.dot(top.w - place(kSides[2][k]));
       beyond &= (gain > 0.0) & (gain * gain > rounding_ * rounding_ * squared[k]);
@@ -228,11 +220,10 @@ class Polytope {
   /// Four triangles and a corner each: which see it.
   unsigned rising(const Number* a, const Number* b, const Number* c, const Number* top) const {
     const Triangles base(corner_, a, b, c);
-    Lanes w[4];
-    Lanes::turn(corner_, top, w);
-    const Lanes volume = base.x * (w[0] - base.apex[0]) + base.y * (w[1] - base.apex[1]) +
-                         base.z * (w[2] - base.apex[2]);
-    return Lanes::all(0.0).below(volume).bits();
+    Four w[4];
+    turn(corner_, top, w);
+    const FourVectors beyond{w[0] - base.apex[0], w[1] - base.apex[1], w[2] - base.apex[2]};
+    return bits(dot(base.normal, beyond) > Four{});
   }
 
   /// The corners of a facet.
@@ -259,32 +250,31 @@ class Polytope {
 
   /// The planes of a block. False: one turns its outer side to the origin.
   bool lay_four(Index f) {
-    const auto all = [](double x) { return Lanes::all(x); };
     const Triangles t(corner_, from_ + f, to_ + f, apex_ + f);
-    const Lanes *const a = t.apex, *const u = t.from, *const v = t.to;
-    const Lanes reach = u[3].larger(v[3]).larger(a[3]);
-    const Lanes x = t.x, y = t.y, z = t.z, squared = t.squared();
-    const Lanes whole =
-        (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]) * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    const Lanes inverse = all(1.0) / squared.root();
-    const Lanes distance = (x * a[0] + y * a[1] + z * a[2]) * inverse;
+    const FourVectors a{t.apex[0], t.apex[1], t.apex[2]}, u{t.from[0], t.from[1], t.from[2]},
+        v{t.to[0], t.to[1], t.to[2]};
+    const Four reach = larger(larger(t.from[3], t.to[3]), t.apex[3]);
+    const Four squared = dot(t.normal, t.normal), whole = dot(u, u) * dot(v, v);
+    const Four inverse = four(1.0) / root(squared);
+    const Four distance = dot(t.normal, a) * inverse;
     // By how much the products that made the normal have cancelled: at most 1 + a quarter of this.
-    const Lanes cancelled = whole * (inverse * inverse);
-    const Lanes sure =
-        distance - all(kEpsilon) * reach * (all(kFacetRounding) + all(kFacetCancelled) * cancelled);
-    const auto there = (all(kNoArea * kNoArea) * whole).below(squared);
-    const unsigned slim = squared.below(all(kSlim * kSlim) * whole).bits();
-    Planes& four = planes(f);
-    (x * inverse).store(four.x);
-    (y * inverse).store(four.y);
-    (z * inverse).store(four.z);
-    distance.where(there, all(kInfinity)).store(four.distance);
-    sure.store(four.sure);
-    const Lanes key = sure.numbered(f, kMostFacets).where(there, all(kNone));
-    key.store(four.key);
-    key.smaller(Lanes::of(least_)).store(least_);
+    const Four cancelled = whole * (inverse * inverse);
+    const Four sure = distance - four(kEpsilon) * reach *
+                                     (four(kFacetRounding) + four(kFacetCancelled) * cancelled);
+    const FourFlags there = four(kNoArea * kNoArea) * whole < squared;
+    const unsigned slim = bits(squared < four(kSlim * kSlim) * whole);
+    Planes& planes_of = planes(f);
+    const FourVectors unit = t.normal * inverse;
+    store(unit.x, planes_of.x);
+    store(unit.y, planes_of.y);
+    store(unit.z, planes_of.z);
+    store(either(there, distance, four(kInfinity)), planes_of.distance);
+    store(sure, planes_of.sure);
+    const Four key = either(there, numbered(sure, f, kMostFacets), four(kNone));
+    store(key, planes_of.key);
+    store(smaller(key, load(least_)), least_);
     slim_[f / 4] = static_cast<std::uint8_t>(slim);
-    return (there.bits() & ~slim & distance.below(all(-rounding_)).bits()) == 0;
+    return (bits(there) & ~slim & bits(distance < four(-rounding_))) == 0;
   }
 
   /// The plane of a slim facet from exact differences.
@@ -311,9 +301,7 @@ class Polytope {
     four.z[k] = unit.z();
     four.distance[k] = unit.dot(place(apex_[f]));
     four.sure[k] = four.distance[k] - kFacetRounding * kEpsilon * reach;
-    alignas(32) double keys[4];
-    Lanes::of(four.sure).numbered(f - k, kMostFacets).store(keys);
-    four.key[k] = keys[k];
+    four.key[k] = numbered(load(four.sure), f - k, kMostFacets)[k];
   }
 
   /// The facet nearest to the origin, or `kMostFacets` where one turns its outer side to it.
@@ -329,40 +317,39 @@ class Polytope {
   }
 
   Index least_facet() const {
-    const double key = Lanes::of(least_).least();
+    const double key = least(load(least_));
     return key < kNone ? std::bit_cast<Bits>(key) % kMostFacets : kMostFacets;
   }
 
   void find_least() {
-    Lanes least = Lanes::all(kNone);
-    for (Index f = 0; f < facet_count_; f += 4) least = least.smaller(Lanes::of(planes(f).key));
-    least.store(least_);
+    Four least = four(kNone);
+    for (Index f = 0; f < facet_count_; f += 4) least = smaller(least, load(planes(f).key));
+    store(least, least_);
   }
 
   /// The normals of four facets along a vector.
-  static Lanes along(const Planes& four, const Vector3& v) {
-    return Lanes::of(four.x) * Lanes::all(v.x()) + Lanes::of(four.y) * Lanes::all(v.y()) +
-           Lanes::of(four.z) * Lanes::all(v.z());
+  static Four along(const Planes& of, const Vector3& v) {
+    return dot(FourVectors{load(of.x), load(of.y), load(of.z)},
+               FourVectors{four(v.x()), four(v.y()), four(v.z())});
   }
 
   /// Which of four facets see a corner; these are no more.
-  static unsigned take_seeing(const Vector3& w, Planes& four, Lanes& least) {
-    const Lanes distance = Lanes::of(four.distance);
-    const auto seeing = distance.below(along(four, w));
-    Lanes::all(kInfinity).where(seeing, distance).store(four.distance);
-    const Lanes key = Lanes::all(kNone).where(seeing, Lanes::of(four.key));
-    key.store(four.key);
-    least = least.smaller(key);
-    return seeing.bits();
+  static unsigned take_seeing(const Vector3& w, Planes& of, Four& least) {
+    const Four distance = load(of.distance);
+    const FourFlags seeing = distance < along(of, w);
+    store(either(seeing, four(kInfinity), distance), of.distance);
+    const Four key = either(seeing, four(kNone), load(of.key));
+    store(key, of.key);
+    least = smaller(least, key);
+    return bits(seeing);
   }
 
   /// Takes away the facets that see a new corner, the first one in any case. The sides around the
   /// hole become the first sides of new facets. False: there are too many.
   bool open(Index first, const Vector3& w, Index apex) {
-    double* const distance = planes(first).distance;
-    Lanes::all(-kInfinity).where(Lanes::only(first % 4), Lanes::of(distance)).store(distance);
+    planes(first).distance[first % 4] = -kInfinity;
     Bits seeing[kMostFacets / 64];
-    Lanes least = Lanes::all(kNone);
+    Four least = four(kNone);
     Index count = 0;
     for (Index f = 0; f < facet_count_; f += 64) {
       Bits bits = 0;
@@ -371,7 +358,7 @@ class Polytope {
       seeing[f / 64] = bits;
       count += static_cast<Index>(std::popcount(bits));
     }
-    least.store(least_);
+    store(least, least_);
     if (facet_count_ + 3 * count + 4 > kMostFacets) return false;
     Index end = facet_count_;
     Bits starts = 0;
@@ -397,7 +384,7 @@ class Polytope {
     const double limit = distance + std::max(kAsNear * rounding_, kRounded * distance);
     int near = 0;
     for (Index f = 0; f < facet_count_; f += 4)
-      near += std::popcount(Lanes::of(planes(f).key).below(Lanes::all(limit)).bits());
+      near += std::popcount(bits(load(planes(f).key) < four(limit)));
     double sure = planes(nearest).sure[nearest % 4];
     if (near > 1 && (!direction_is_known(nearest) || !only_direction(nearest, sure))) return;
     result.outcome = SearchOutcome::Overlapping;
@@ -423,16 +410,16 @@ class Polytope {
   bool only_direction(Index nearest, double& sure) {
     const Vector3 n = normal(nearest);
     const double limit = planes(nearest).distance[nearest % 4] + kAsNear * rounding_;
-    Lanes least = Lanes::all(sure);
+    Four least_four = four(sure);
     unsigned others = 0;
     for (Index f = 0; f < facet_count_; f += 4) {
-      const Planes& four = planes(f);
-      const auto there = Lanes::of(four.key).below(Lanes::all(kNone));
-      const auto aside = along(four, n).below(Lanes::all(kSurelyOneDirection));
-      least = Lanes::of(four.sure).where(there, least).smaller(least);
-      others |= ~Lanes::all(limit).below(Lanes::of(four.distance)).bits() & aside.bits();
+      const Planes& of = planes(f);
+      const FourFlags there = load(of.key) < four(kNone);
+      const FourFlags aside = along(of, n) < four(kSurelyOneDirection);
+      least_four = smaller(either(there, load(of.sure), least_four), least_four);
+      others |= ~bits(four(limit) < load(of.distance)) & bits(aside);
     }
-    sure = least.least();
+    sure = least(least_four);
     return others == 0;
   }
 

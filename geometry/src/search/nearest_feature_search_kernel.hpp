@@ -213,7 +213,7 @@ struct Reach {
   }
 };
 
-template <class Scan, class AnyRows>
+template <class AnyRows>
 SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& direction,
                          double rounding) {
   SearchResult result;

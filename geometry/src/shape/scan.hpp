@@ -1,14 +1,23 @@
 #pragma once
-/// The scans behind support.hpp in plain code, to be built into the kernels. See
-/// kernels/kernels.hpp. Internal.
+/// The scans behind support.hpp, to be built into the kernels. See kernels/kernels.hpp. Internal.
 
 #include <algorithm>
+#include <bit>
+#include <type_traits>
 
 #include "numeric/vec3.hpp"
 #include "shape/support.hpp"
+#include "simd/four.hpp"
 
 namespace quoin::geometry {
 namespace {
+
+/// Is a fused product one instruction?
+#ifdef __FMA__
+constexpr bool kFused = true;
+#else
+constexpr bool kFused = false;
+#endif
 
 /// Rows of a shape's offsets. The scans take directions in the shape's frame: `local` turns them.
 struct Rows {
@@ -37,57 +46,104 @@ struct StraightRows : Rows {
   Vec3 placed(int v) const { return offset(v); }
 };
 
-inline Support narrow_support(const Rows& rows, const Vec3& d) {
-  Support best{0, rows.along(0, d)};
-  for (int v = 1; v < rows.padded; ++v) {
-    const double value = rows.along(v, d);
-    if (value > best.value) best = {v, value};
+/// The products of up to 32 vertices with a direction, four side by side.
+template <int kFours>
+struct Products {
+  Four value[kFours];
+
+  Products(const Rows& rows, const FourVectors& d, int first) {
+    for (int k = 0; k < kFours; ++k) {
+      const int v = first + 4 * k;
+      value[k] = dot(FourVectors{load(rows.x + v), load(rows.y + v), load(rows.z + v)}, d);
+    }
   }
-  best.value += 0.0;  // one zero only: -0 would tell the variants apart
-  return best;
-}
-
-inline void narrow_beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
-  for (int v = 0; v < rows.count; ++v)
-    if (rows.along(v, d) >= value) vertices.push_back(v);
-}
-
-inline int narrow_count(const Rows& rows, const Vec3& d, double value) {
-  int count = 0;
-  for (int v = 0; v < rows.count; ++v) count += rows.along(v, d) >= value ? 1 : 0;
-  return count;
-}
-
-/// So few that scans of 256 bits are worth more: beside instructions of 512 bits the machine has
-/// fewer units for all the others.
-inline bool few_vertices(const Solid& p, const Solid& q) {
-  return std::max(p.padded_count(), q.padded_count()) <= 32;
-}
-
-/// The scans of one kind of instructions under one name each. Directions are those of the shape's
-/// frame, of a pair those of the world.
-struct PlainScan {
-  static constexpr bool kFused = false;
-  static Support support(const Rows& rows, const Vec3& d) { return narrow_support(rows, d); }
-  static void beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
-    narrow_beyond(rows, d, value, vertices);
+  /// The greatest, and the lowest index that has it.
+  Support top(int first) const {
+    Four most = value[0];
+    for (int k = 1; k < kFours; ++k) most = larger(most, value[k]);
+    most = greatest(most);
+    return {first + (std::countr_zero(reaching(most)) & 31), most[0] + 0.0};  // one zero
   }
+  /// A bit for each vertex that reaches the limit, in all places.
+  std::uint32_t reaching(const Four& limit) const {
+    std::uint32_t reached = 0;
+    for (int k = 0; k < kFours; ++k) reached |= std::uint32_t{bits(value[k] >= limit)} << 4 * k;
+    return reached;
+  }
+};
+
+/// work(products) of the last up to 32 vertices from `first` on.
+template <class Work>
+auto scan_last(const Rows& rows, const FourVectors& d, int first, const Work& work) {
+  const int left = rows.padded - first;
+  if (left == 8) return work(Products<2>(rows, d, first));
+  if (left == 16) return work(Products<4>(rows, d, first));
+  if (left == 24) return work(Products<6>(rows, d, first));
+  return work(Products<8>(rows, d, first));
+}
+
+inline FourVectors four(const Vec3& d) { return {four(d.x), four(d.y), four(d.z)}; }
+
+/// Calls work(bits, first) for the vertices that reach a limit, up to 32 at a time.
+template <class Work>
+void find_reaching(const Rows& rows, const Vec3& direction, double limit, const Work& work) {
+  const FourVectors d = four(direction);
+  const Four least = four(limit);
+  int v = 0;
+  for (; rows.padded - v > 32; v += 32) work(Products<8>(rows, d, v).reaching(least), v);
+  const auto reached =
+      scan_last(rows, d, v, [&](const auto& products) { return products.reaching(least); });
+  work(reached & (~std::uint32_t{0} >> (32 - (rows.count - v))), v);
+}
+
+/// Directions are those of the shape's frame, of a pair those of the world.
+struct Scan {
+  static Support support(const Rows& rows, const FourVectors& d) {
+    const auto top_from = [&](int first) {
+      return scan_last(rows, d, first, [=](const auto& products) { return products.top(first); });
+    };
+    if (rows.padded <= 32) return top_from(0);
+    Support best{0, -kInfinity};
+    int v = 0;
+    for (; rows.padded - v > 32; v += 32) take(Products<8>(rows, d, v).top(v), best);
+    take(top_from(v), best);
+    return best;
+  }
+  static Support support(const Rows& rows, const Vec3& d) { return support(rows, four(d)); }
   template <class AnyRows>
   static PairSupport support_pair(const AnyRows& p, const AnyRows& q, const Vec3& d) {
-    return {narrow_support(p, p.local(d)), narrow_support(q, q.local(-d))};
+    return {support(p, p.local(d)), support(q, q.local(-d))};
+  }
+  static PairSupport support_pair(const StraightRows& p, const StraightRows& q, const Vec3& d) {
+    const FourVectors all = four(d);
+    return {support(p, all), support(q, {-all.x, -all.y, -all.z})};
+  }
+  static void beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
+    find_reaching(rows, d, value, [&](std::uint32_t reached, int first) {
+      for (; reached != 0; reached &= reached - 1)
+        vertices.push_back(first + std::countr_zero(reached));
+    });
   }
   static int count_beyond(const Rows& rows, const Vec3& d, double value) {
-    return narrow_count(rows, d, value);
+    int count = 0;
+    find_reaching(rows, d, value,
+                  [&](std::uint32_t reached, int) { count += std::popcount(reached); });
+    return count;
   }
   static bool carried_alone(const Rows& rows, const Vec3& d, const Carriers& carriers,
                             Support& top) {
-    top = narrow_support(rows, d);
+    top = support(rows, d);
     const auto only = [&](double value) {
-      int within = 0;
-      for (const int v : carriers.set) within += rows.along(v, d) >= value;
-      return within == std::ssize(carriers.set) && narrow_count(rows, d, value) == within;
+      const auto within =
+          std::ranges::count_if(carriers.set, [&](int v) { return rows.along(v, d) >= value; });
+      return within == std::ssize(carriers.set) && count_beyond(rows, d, value) == within;
     };
     return only(top.value - carriers.flat) && only(top.value - carriers.clear);
+  }
+
+ private:
+  static void take(const Support& next, Support& best) {
+    if (next.value > best.value) best = next;
   }
 };
 
