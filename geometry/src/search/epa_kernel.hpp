@@ -34,9 +34,9 @@ class Polytope {
         __builtin_prefetch(solid->shape().vertices().data() + k);
     }
     if (!begin(start)) return result;
-    if (spread() && expand(result)) return result;
-    restart();
-    if (lay_tetrahedron()) expand(result);
+    for (Index k = 0; k < 4; ++k) put(k, kSides[0][k], kSides[1][k], kSides[2][k]);
+    store(four(kNone), least_);
+    if (add_facets(4)) expand(result);
     return result;
   }
 
@@ -115,32 +115,17 @@ class Polytope {
     return true;
   }
 
-  void restart() {
-    corner_count_ = 4;
-    facet_count_ = 0;
-    store(four(kNone), least_);
-  }
-
-  bool lay_tetrahedron() {
-    for (Index k = 0; k < 4; ++k) put(k, kSides[0][k], kSides[1][k], kSides[2][k]);
-    return add_facets(4);
-  }
-
-  /// Steps until the nearest facet is one of the set of differences. False: rounding has torn the
+  /// Steps until the nearest facet is one of the set of differences, or rounding has torn the
   /// surface.
-  bool expand(SearchResult& result) {
+  void expand(SearchResult& result) {
     while (result.iterations < kMostSteps) {
       ++result.iterations;
       const Index nearest = nearest_facet();
-      if (nearest == kMostFacets) return false;
+      if (nearest == kMostFacets) return;
       const Corner corner = find_corner(-normal(nearest));
-      if (!(gain(nearest, corner) > rounding_)) {
-        finish(nearest, result);
-        return true;
-      }
-      if (!open(nearest, corner.w, add_corner(corner)) || !add_facets(sides_)) return false;
+      if (!(gain(nearest, corner) > rounding_)) return finish(nearest, result);
+      if (!open(nearest, corner.w, add_corner(corner)) || !add_facets(sides_)) return;
     }
-    return true;
   }
 
   void swap_corners(Index c, Index d) {
@@ -173,57 +158,6 @@ class Polytope {
     if (!(farthest > rounding_ * direction.norm())) return false;
     add_corner(best);
     return true;
-  }
-
-  /// The first step for all sides of the tetrahedron, whose supports need not wait for each other:
-  /// a cone over each, and where two cones leave a valley along the edge between them, the edge
-  /// between their tops instead. False: a side has no corner of its own beyond it, or rounding has
-  /// torn the surface.
-  bool spread() {
-    // The edges of the tetrahedron, and the tops of the cones to their left and right; the last
-    // one stands three times.
-    static constexpr Number kFrom[8] = {0, 1, 2, 0, 3, 3, 3, 3}, kTo[8] = {1, 2, 0, 3, 1, 2, 2, 2},
-                            kLeft[8] = {4, 4, 4, 5, 5, 6, 6, 6},
-                            kRight[8] = {5, 6, 7, 7, 6, 7, 7, 7};
-    restart();
-    const Triangles sides(corner_, kSides[0], kSides[1], kSides[2]);
-    const Four squared = dot(sides.normal, sides.normal);
-    bool beyond = true;
-    for (Index k = 0; k < 4; ++k) {
-      const Vector3 outward(sides.normal.x[k], sides.normal.y[k], sides.normal.z[k]);
-      const Corner top = find_corner(-outward);
-      const double gain = outward.dot(top.w - place(kSides[2][k]));
-      beyond &= (gain > 0.0) & (gain * gain > rounding_ * rounding_ * squared[k]);
-      add_corner(top);
-    }
-    if (!beyond || !all_differ(4)) return false;
-    unsigned valleys = 0;
-    for (Index e = 0; e < 8; e += 4)
-      valleys |= rising(kFrom + e, kTo + e, kLeft + e, kRight + e) << e;
-    for (Index e = 0; e < 6; ++e) {
-      const bool valley = (valleys >> e & 1) != 0;
-      put(e, kFrom[e], valley ? kRight[e] : kTo[e], kLeft[e]);
-      put(6 + e, kTo[e], valley ? kLeft[e] : kFrom[e], kRight[e]);
-    }
-    return add_facets(12);
-  }
-
-  /// Of all corners from the given one on.
-  bool all_differ(Index first) const {
-    bool differ = true;
-    for (Index c = first; c < corner_count_; ++c)
-      for (Index d = first; d < c; ++d)
-        differ &= (vertex_p_[c] != vertex_p_[d]) | (vertex_q_[c] != vertex_q_[d]);
-    return differ;
-  }
-
-  /// Four triangles and a corner each: which see it.
-  unsigned rising(const Number* a, const Number* b, const Number* c, const Number* top) const {
-    const Triangles base(corner_, a, b, c);
-    Four w[4];
-    turn(corner_, top, w);
-    const FourVectors beyond{w[0] - base.apex[0], w[1] - base.apex[1], w[2] - base.apex[2]};
-    return bits(dot(base.normal, beyond) > Four{});
   }
 
   /// The corners of a facet.
