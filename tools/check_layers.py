@@ -14,8 +14,7 @@ RULES = [
     ("geometry/include/**/*", r"^(fcl|ccd|octomap)/", "public geometry headers know Eigen and the standard library alone"),
     ("geometry/**/*", r"^quoin/solver|solver/", "geometry does not know the solver"),
     ("geometry/**/*", r"^(catch2|CLI|nlohmann|fmt)/", "packages of tools and tests stay there"),
-    ("geometry/src/*", r"^fcl/", "FCL has two doors: broad_phase.cpp and gjk_oracle.cpp"),
-    ("geometry/src/*", r"^ccd/", "libccd has one door: gjk_oracle.cpp"),
+    ("geometry/src/*", r"^(fcl|ccd)/", "FCL has one door: broad_phase.cpp"),
     ("solver/**/*", r"^(fcl|ccd)/", "the solver does no search of its own"),
     ("solver/**/*", r"^(catch2|CLI|nlohmann|fmt)/", "packages of tools and tests stay there"),
     ("solver/**/*", r"geometry/src/", "private headers of geometry"),
@@ -25,15 +24,15 @@ RULES = [
     ("bench/**/*", r"^(tests|support)/", "bench and tests share tools/referee/pairs"),
     ("bench/**/*", r"(geometry|solver)/src/", "bench uses public headers"),
     ("bench/**/*", r"^catch2/", "bench does not test"),
-    ("tests/**/*", r"^fcl/", "tests ask gjk_oracle, not FCL"),
+    ("tests/**/*", r"^fcl/", "tests ask the referee's plug-ins, not FCL"),
 ]
-DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/", "geometry/src/oracle/gjk_oracle.cpp": r"^(fcl|ccd)/"}
+DOORS = {"geometry/src/finder/broad_phase.cpp": r"^fcl/"}
 
 # Within a room a file includes private headers only from its own folder of src and those before it,
 # and, of the public headers of geometry, only from its own or those before it.
 FOLDERS = {
     "geometry": ["simd", "numeric", "shape", "polygon", "certify", "search", "kernels", "contact", "finder",
-                 "bindings", "oracle"],
+                 "bindings"],
     "solver": ["base", "block", "contact", "scene", "linear", "iteration", "statics", "step",
                "source_method", "simulation"],
 }

@@ -61,7 +61,7 @@ function(quoin_precompile target)
   endif()
 endfunction()
 
-# The CMake package: find_package(quoin COMPONENTS narrow_phase geometry gjk_oracle solver).
+# The CMake package: find_package(quoin COMPONENTS narrow_phase geometry solver).
 function(quoin_install_package)
   include(CMakePackageConfigHelpers)
   set(package ${PROJECT_BINARY_DIR}/package)

@@ -1,5 +1,5 @@
 #pragma once
-/// All of quoin::geometry but the oracle (gjk_oracle.hpp, a target of its own).
+/// All of quoin::geometry.
 
 #include <quoin/geometry/body.hpp>
 #include <quoin/geometry/broad_phase.hpp>

@@ -14,7 +14,7 @@ class Quoin(ConanFile):
     settings = "os", "compiler", "build_type", "arch"
     options = {"shared": [True, False], "fPIC": [True, False]}
     default_options = {"shared": False, "fPIC": True}
-    requires = "eigen/3.4.0", "fcl/0.7.0", "libccd/2.1"
+    requires = "eigen/3.4.0", "fcl/0.7.0"
     generators = "CMakeDeps"
 
     def export_sources(self):
@@ -41,7 +41,7 @@ class Quoin(ConanFile):
 
     def package_info(self):
         needs = {"narrow_phase": ["eigen::eigen"], "geometry": ["narrow_phase", "fcl::fcl"],
-                 "gjk_oracle": ["narrow_phase", "fcl::fcl", "libccd::libccd"], "solver": ["geometry"]}
+                 "solver": ["geometry"]}
         for component, required in needs.items():
             self.cpp_info.components[component].libs = [f"quoin_{component}"]
             self.cpp_info.components[component].requires = required
