@@ -23,8 +23,8 @@ double ask(int times) {
   double sum = 0.0;
   for (int i = 0; i < times; ++i) {
     contacts.clear();
-    const geometry::NearestFeatures nearest = nearest_features(a, b);
-    append_contact_points({0, 1}, a, b, nearest, {.reach = 1e-3}, contacts);
+    const geometry::NearestFeatures nearest =
+        append_contacts_within_reach({0, 1}, a, b, {.reach = 1.0}, {}, contacts);
     sum += nearest.gap * static_cast<double>(contacts.size());
   }
   return sum;

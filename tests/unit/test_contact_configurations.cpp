@@ -212,10 +212,12 @@ TEST_CASE(
           transformed(make_box({0, 0, -height}, {1, 1, 0}), 1.0, turn, Vector3::Zero());
       const Shape above =
           transformed(make_box({0.3, 0.2, 1e-7}, {1.3, 1.2, height}), 1.0, turn, Vector3::Zero());
-      std::vector<ContactPoint> together, apart;
+      std::vector<ContactPoint> together;
       const auto nearest =
           append_contacts_within_reach({0, 1}, below, above, {.reach = reach}, {}, together);
-      append_contact_points({0, 1}, below, above, nearest, {.reach = reach - nearest.gap}, apart);
+      PairContact whole;
+      update_pair_contact(below, above, {.reach = reach - nearest.gap}, whole);
+      const std::vector<ContactPoint>& apart = whole.points;
       REQUIRE(together.size() == apart.size());
       REQUIRE(together.size() == 4);
       for (std::size_t k = 0; k < apart.size(); ++k) {

@@ -26,7 +26,6 @@ constexpr double kSteepSine = 0.5;
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
   bool outlined = false;    // what two edges share is asked for as well
-  bool from_world = false;  // the answer's witnesses have been rounded to places in the world
   double tolerance = 0.0, gap = 0.0;
   ContactType type = ContactType::VertexVertex;
   VertexSet band_p, band_q;  // vertices that may carry points
@@ -657,30 +656,13 @@ SharedCorner laid_witnesses(const NearestFeatures& nearest, bool reversed,
   return corner;
 }
 
-/// Witnesses that have been rounded in the world are found again from the middle of the pair, by
-/// the answer's own hint, which leads to the same plane. Those of another answer stay where they
-/// are, as far apart and below the support planes as it says.
-SharedCorner corner_of_witnesses(const OrderedPair& ordered, const NearestFeatures& nearest,
-                                 const ContactOptions& options, const PairPoints& pair) {
-  const bool reversed = ordered.reversed;
-  if (!pair.from_world) return laid_witnesses(nearest, reversed, pair.plane);
-  const Solid &a = reversed ? ordered.q : ordered.p, &b = reversed ? ordered.p : ordered.q;
-  NearestFeatures again;
-  find_nearest_features(a, b, {.tolerance = options.tolerance}, nearest.hint, nullptr, again);
-  if (again.normal == nearest.normal) return laid_witnesses(again, reversed, pair.plane);
-  SharedCorner corner = laid_witnesses(nearest, reversed, pair.plane);
-  corner.height_p = -(reversed ? nearest.residual_b : nearest.residual_a);
-  corner.height_q = corner.height_p + nearest.gap;
-  return corner;
-}
-
 /// The least gap itself is always among the points: deep overlaps of needles, and rounding, may
 /// hide it from the faces.
-void ensure_least_gap(const OrderedPair& ordered, const NearestFeatures& nearest,
-                      const ContactOptions& options, double rounding, PairPoints& pair) {
+void ensure_least_gap(const OrderedPair& ordered, const NearestFeatures& nearest, double rounding,
+                      PairPoints& pair) {
   for (const SharedCorner& point : pair.merged)
     if (gap_of(point) <= pair.gap + rounding) return;
-  SharedCorner corner = corner_of_witnesses(ordered, nearest, options, pair);
+  SharedCorner corner = laid_witnesses(nearest, ordered.reversed, pair.plane);
   name_nearest(ordered.p, ordered.q, pair, corner);
   add_merged(corner, pair.tolerance, ordered.reversed, pair.merged);
   merge_twins(pair.merged);
@@ -834,7 +816,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (!find_face_points(ordered, nearest, band, rounding, part, pair))
     find_all_points(ordered, options, rounding, part, pair);
   if (pair.points != &pair.merged) return;
-  ensure_least_gap(ordered, nearest, options, rounding, pair);
+  ensure_least_gap(ordered, nearest, rounding, pair);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 
@@ -921,24 +903,6 @@ void check_with_gap(const ContactOptions& options) {
 }
 
 }  // namespace
-
-void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
-                           const NearestFeatures& nearest, const ContactOptions& options,
-                           std::vector<ContactPoint>& contacts) {
-  check(options);
-  if (!std::isfinite(nearest.gap)) return;
-  const PlacedPair placed(a, b);
-  const std::size_t first = contacts.size();
-  NearestFeatures here = nearest;
-  move(placed, here, -1.0);
-  const OrderedPair ordered(placed.a, placed.b, in_reverse_order(placed.a, placed.b), here);
-  PairPoints pair;
-  pair.from_world = !placed.as_shapes;
-  LateInit<ContactPolygon> part;
-  find_pair_points(ordered, here, options, part, pair);
-  append_corners(blocks, ordered.reversed, here, pair.type, pair.plane, *pair.points, contacts);
-  move(placed, options.frame, std::span(contacts).subspan(first));
-}
 
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,

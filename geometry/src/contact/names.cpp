@@ -1,65 +1,38 @@
+#include <array>
 #include <quoin/geometry/contact_type.hpp>
 
 namespace quoin::geometry {
+namespace {
+
+template <class Kind, std::size_t kCount>
+std::string_view pick(const std::array<std::string_view, kCount>& names, Kind kind) {
+  const auto place = static_cast<std::size_t>(kind);
+  return place < kCount ? names[place] : std::string_view();
+}
+
+}  // namespace
 
 std::string_view name(ContactType type) {
-  switch (type) {
-    case ContactType::VertexVertex:
-      return "vertex-vertex";
-    case ContactType::VertexEdge:
-      return "vertex-edge";
-    case ContactType::VertexFace:
-      return "vertex-face";
-    case ContactType::EdgeEdgeCrossing:
-      return "edge-edge-crossing";
-    case ContactType::EdgeEdgeParallel:
-      return "edge-edge-parallel";
-    case ContactType::EdgeFace:
-      return "edge-face";
-    case ContactType::FaceFace:
-      return "face-face";
-  }
-  return "";
+  return pick(std::array<std::string_view, 7>{"vertex-vertex", "vertex-edge", "vertex-face",
+                                              "edge-edge-crossing", "edge-edge-parallel",
+                                              "edge-face", "face-face"},
+              type);
 }
 
 std::string_view name(FeatureKind kind) {
-  switch (kind) {
-    case FeatureKind::Vertex:
-      return "vertex";
-    case FeatureKind::Edge:
-      return "edge";
-    case FeatureKind::Face:
-      return "face";
-  }
-  return "";
+  return pick(std::array<std::string_view, 3>{"vertex", "edge", "face"}, kind);
 }
 
 std::string_view name(PairStatus status) {
-  switch (status) {
-    case PairStatus::Separated:
-      return "separated";
-    case PairStatus::Touching:
-      return "touching";
-    case PairStatus::Overlapping:
-      return "overlapping";
-    case PairStatus::NotConverged:
-      return "not-converged";
-  }
-  return "";
+  return pick(
+      std::array<std::string_view, 4>{"separated", "touching", "overlapping", "not-converged"},
+      status);
 }
 
 std::string_view name(PlaneRule rule) {
-  switch (rule) {
-    case PlaneRule::Unique:
-      return "unique";
-    case PlaneRule::ShortestLine:
-      return "shortest-line";
-    case PlaneRule::LeastOverlap:
-      return "least-overlap";
-    case PlaneRule::MiddleOfPlanes:
-      return "middle-of-planes";
-  }
-  return "";
+  return pick(std::array<std::string_view, 4>{"unique", "shortest-line", "least-overlap",
+                                              "middle-of-planes"},
+              rule);
 }
 
 }  // namespace quoin::geometry

@@ -77,8 +77,11 @@ quoin_referee_status ask(void* a, void* b, void* memory, quoin_referee_answer* a
 
 quoin_referee_status list_points(void* a, void* b, void* memory, quoin_referee_point* points,
                                  int* count) {
-  std::vector<geometry::ContactPoint> contacts;
-  append_contact_points({0, 1}, body_of(a), body_of(b), nearest_of(a, b, memory), {}, contacts);
+  geometry::PairContact contact;
+  if (memory != nullptr) contact.nearest.hint = *static_cast<geometry::FeatureHint*>(memory);
+  update_pair_contact(body_of(a), body_of(b), {}, contact);
+  if (memory != nullptr) *static_cast<geometry::FeatureHint*>(memory) = contact.nearest.hint;
+  const std::vector<geometry::ContactPoint>& contacts = contact.points;
   const int found = static_cast<int>(contacts.size());
   for (int i = 0; i < std::min(found, *count); ++i) {
     const geometry::ContactPoint& point = contacts[static_cast<std::size_t>(i)];

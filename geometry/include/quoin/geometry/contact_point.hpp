@@ -48,18 +48,12 @@ struct ContactOptions {
   double coordinate_rounding = 0.0;
 };
 
-/// Adds the contact points of one pair, sorted by key. `blocks` are the names a and b in the keys;
-/// `nearest` is the answer of nearest_features for the same pair: then the points are those of
-/// update_pair_contact, to the bit, wherever the pair stands. Coincident points are merged. The
-/// areas are the contact polygon's area shared out so that equal pressure on the points has the
-/// same resultant, in size and place, as on the polygon. No allocation once `contacts` has room.
-void append_contact_points(const std::array<int, 2>& blocks, const Body& a, const Body& b,
-                           const NearestFeatures& nearest, const ContactOptions& options,
-                           std::vector<ContactPoint>& contacts);
-
-/// Nearest features and contact points in one, for less than one after the other. Here
-/// `options.reach` is the gap itself up to which points are listed (and always those of touching
-/// and overlapping solids); when the least gap is larger there are none.
+/// Adds the contact points of one pair, sorted by key, and returns its nearest features. `blocks`
+/// are the names a and b in the keys. Here `options.reach` is the gap itself up to which points are
+/// listed (and always those of touching and overlapping solids); when the least gap is larger there
+/// are none. Coincident points are merged. The areas are the contact polygon's area shared out so
+/// that equal pressure on the points has the same resultant, in size and place, as on the polygon.
+/// No allocation once `contacts` has room.
 NearestFeatures append_contacts_within_reach(const std::array<int, 2>& blocks, const Body& a,
                                              const Body& b, const ContactOptions& options,
                                              const FeatureHint& hint,
