@@ -8,6 +8,7 @@
 #include <new>
 #include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/queries.hpp>
+#include <type_traits>
 
 struct quoin_shape {
   std::shared_ptr<quoin::geometry::Shape> solid;
@@ -23,24 +24,34 @@ inline void say(const char* text, char* message, std::size_t size) {
   }
 }
 
-/// Runs `work` and turns what it throws into a status and a message.
+/// Runs `work`, which returns a status or nothing, and turns what it throws into a status and a
+/// message.
 template <class Work>
 quoin_status guarded(Work&& work, char* message = nullptr, std::size_t message_size = 0) noexcept {
+  const auto failed = [&](const char* what, quoin_status status) {
+    say(what, message, message_size);
+    return status;
+  };
   try {
-    return work();
+    if constexpr (!std::is_void_v<decltype(work())>) return work();
+    work();
+    return QUOIN_OK;
   } catch (const std::bad_alloc&) {
-    say("out of memory", message, message_size);
-    return QUOIN_NO_MEMORY;
+    return failed("out of memory", QUOIN_NO_MEMORY);
   } catch (const InputError& error) {
-    say(error.what(), message, message_size);
-    return QUOIN_BAD_INPUT;
+    return failed(error.what(), QUOIN_BAD_INPUT);
   } catch (const std::exception& error) {
-    say(error.what(), message, message_size);
-    return QUOIN_FAILED;
+    return failed(error.what(), QUOIN_FAILED);
   } catch (...) {
-    say("unknown exception", message, message_size);
-    return QUOIN_FAILED;
+    return failed("unknown exception", QUOIN_FAILED);
   }
+}
+
+/// The same on an owner, which keeps what was wrong.
+template <class Owner, class Work>
+quoin_status with(Owner* owner, Work&& work) {
+  if (owner == nullptr) return QUOIN_BAD_INPUT;
+  return guarded([&] { return work(*owner); }, owner->message, sizeof owner->message);
 }
 
 inline void require(bool condition, const char* what) {
@@ -80,8 +91,7 @@ quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest*
 Ray ray_of(const quoin_ray* ray);
 quoin_ray_hit to_c(const RayHit& hit);
 
-/// As many points as there is room for in the caller's memory. `count` in: room, out: how many.
-quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count);
+inline int to_c(int value) { return value; }
 
 template <class From, class To>
 void copy(const From& from, std::vector<To>& to) {
@@ -90,17 +100,20 @@ void copy(const From& from, std::vector<To>& to) {
                  [](const auto& value) { return to_c(value); });
 }
 
-/// A list that stays with its owner.
-template <class T>
-const T* list(const std::vector<T>& values, int* count) {
-  if (count != nullptr) *count = static_cast<int>(values.size());
-  return values.data();
+/// As many as there is room for in the caller's memory. `count` in: room, out: how many.
+template <class From, class To>
+quoin_status give(const From& found, To* to, int& count) {
+  const std::size_t room = static_cast<std::size_t>(count);
+  count = static_cast<int>(found.size());
+  for (std::size_t k = 0; k < std::min(room, found.size()); ++k) to[k] = to_c(found[k]);
+  return found.size() > room ? QUOIN_TOO_MANY : QUOIN_OK;
 }
 
-template <class T>
-const T* no_list(int* count) {
-  if (count != nullptr) *count = 0;
-  return nullptr;
+/// A list that stays with its owner, which may be null.
+template <class Owner, class T>
+const T* list(const Owner* owner, std::vector<T> Owner::*values, int* count) {
+  if (count != nullptr) *count = owner == nullptr ? 0 : static_cast<int>((owner->*values).size());
+  return owner == nullptr ? nullptr : (owner->*values).data();
 }
 
 }  // namespace quoin::geometry::bindings

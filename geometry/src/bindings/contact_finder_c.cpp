@@ -16,20 +16,17 @@ struct quoin_finder {
   char message[256] = "";
 };
 
+namespace quoin::geometry {
+
+static quoin_body_hit to_c(const BodyHit& found) {
+  return {found.handle, bindings::to_c(found.hit)};
+}
+
+}  // namespace quoin::geometry
+
 namespace {
 
 using namespace quoin::geometry::bindings;  // NOLINT: private to this file
-/// Runs `work` on a finder, which keeps what was wrong.
-template <class Work>
-quoin_status with(quoin_finder* finder, Work&& work) {
-  if (finder == nullptr) return QUOIN_BAD_INPUT;
-  const auto run = [&] {
-    work(finder->finder);
-    return QUOIN_OK;
-  };
-  return guarded(run, finder->message, sizeof finder->message);
-}
-
 std::shared_ptr<const geometry::Shape> solid_of(const quoin_shape* shape) {
   require(shape != nullptr, "the shape is null");
   return shape->solid;
@@ -51,29 +48,14 @@ geometry::QueryFilter filter_of(const quoin_query_filter* filter) {
   return made;
 }
 
-quoin_body_hit hit_to_c(const geometry::BodyHit& found) { return {found.handle, to_c(found.hit)}; }
-
-/// As many as there is room for. `count` in: room, out: how many.
-template <class From, class To, class Convert>
-quoin_status give_all(const std::vector<From>& found, To* to, int& count, const Convert& convert) {
-  const std::size_t room = static_cast<std::size_t>(count);
-  count = static_cast<int>(found.size());
-  std::transform(found.begin(),
-                 found.begin() + static_cast<std::ptrdiff_t>(std::min(room, found.size())), to,
-                 convert);
-  return found.size() > room ? QUOIN_TOO_MANY : QUOIN_OK;
-}
-
 /// Runs a query on a finder that fills its `handles`, and gives them to the caller.
 template <class Work>
 quoin_status give_handles(quoin_finder* finder, int* handles, int* count, const Work& work) {
-  quoin_status status = QUOIN_OK;
-  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require_room(handles, count);
-    work(f);
-    status = give_all(finder->handles, handles, *count, [](int handle) { return handle; });
+    work(f.finder);
+    return give(f.handles, handles, *count);
   });
-  return asked == QUOIN_OK ? status : asked;
 }
 
 }  // namespace
@@ -83,13 +65,14 @@ extern "C" {
 quoin_status quoin_make_finder(const quoin_finder_options* options, quoin_finder** made,
                                char* message, size_t message_size) {
   say("", message, message_size);
-  const auto make = [&] {
-    require(options != nullptr && made != nullptr, "options or made is null");
-    *made = new quoin_finder(
-        {.reach = options->reach, .tolerance = options->tolerance, .threads = options->threads});
-    return QUOIN_OK;
-  };
-  return guarded(make, message, message_size);
+  return guarded(
+      [&] {
+        require(options != nullptr && made != nullptr, "options or made is null");
+        *made = new quoin_finder({.reach = options->reach,
+                                  .tolerance = options->tolerance,
+                                  .threads = options->threads});
+      },
+      message, message_size);
 }
 
 void quoin_free_finder(quoin_finder* finder) { delete finder; }
@@ -105,73 +88,72 @@ quoin_body_options quoin_default_body_options(void) {
 
 quoin_status quoin_finder_add(quoin_finder* finder, const quoin_body* body,
                               const quoin_body_options* options, int* handle) {
-  return with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(body != nullptr && handle != nullptr, "body or handle is null");
-    *handle = f.add(solid_of(body->shape), placement_of(body->placement),
-                    options != nullptr ? options_of(options) : geometry::BodyOptions{});
+    *handle = f.finder.add(solid_of(body->shape), placement_of(body->placement),
+                           options != nullptr ? options_of(options) : geometry::BodyOptions{});
   });
 }
 
 quoin_status quoin_finder_add_compound(quoin_finder* finder, const quoin_body* parts, int count,
                                        const quoin_placement* placement,
                                        const quoin_body_options* options, int* handle) {
-  return with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(parts != nullptr && count > 0 && handle != nullptr,
             "parts or handle is null, or there are no parts");
     std::vector<geometry::CompoundPart> made;
     for (int k = 0; k < count; ++k)
       made.push_back({solid_of(parts[k].shape), placement_of(parts[k].placement)});
-    *handle = f.add_compound(made, placement_of(placement ? *placement : quoin_no_placement()),
-                             options != nullptr ? options_of(options) : geometry::BodyOptions{});
+    *handle =
+        f.finder.add_compound(made, placement_of(placement ? *placement : quoin_no_placement()),
+                              options != nullptr ? options_of(options) : geometry::BodyOptions{});
   });
 }
 
 quoin_status quoin_finder_part_name(quoin_finder* finder, int handle, int* compound, int* part) {
-  return with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(compound != nullptr && part != nullptr, "an argument is null");
-    const geometry::PartName name = f.part_name(handle);
+    const geometry::PartName name = f.finder.part_name(handle);
     *compound = name.compound;
     *part = name.part;
   });
 }
 
 quoin_status quoin_finder_remove(quoin_finder* finder, int handle) {
-  return with(finder, [&](geometry::ContactFinder& f) { f.remove(handle); });
+  return with(finder, [&](quoin_finder& f) { f.finder.remove(handle); });
 }
 
 quoin_status quoin_finder_move(quoin_finder* finder, int handle, const quoin_placement* placement) {
-  return with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(placement != nullptr, "placement is null");
-    f.move(handle, placement_of(*placement));
+    f.finder.move(handle, placement_of(*placement));
   });
 }
 
 quoin_status quoin_finder_replace_shape(quoin_finder* finder, int handle,
                                         const quoin_shape* shape) {
-  return with(finder,
-              [&](geometry::ContactFinder& f) { f.replace_shape(handle, solid_of(shape)); });
+  return with(finder, [&](quoin_finder& f) { f.finder.replace_shape(handle, solid_of(shape)); });
 }
 
 quoin_status quoin_finder_set_options(quoin_finder* finder, int handle,
                                       const quoin_body_options* options) {
-  return with(finder,
-              [&](geometry::ContactFinder& f) { f.set_options(handle, options_of(options)); });
+  return with(finder, [&](quoin_finder& f) { f.finder.set_options(handle, options_of(options)); });
 }
 
 quoin_status quoin_finder_set_filter(quoin_finder* finder,
                                      int (*filter)(void* context, int a, int b), void* context) {
-  return with(finder, [&](geometry::ContactFinder& f) {
-    if (filter == nullptr) return f.set_filter({});
-    f.set_filter([=](int a, int b) { return filter(context, a, b) != 0; });
+  return with(finder, [&](quoin_finder& f) {
+    if (filter == nullptr) return f.finder.set_filter({});
+    f.finder.set_filter([=](int a, int b) { return filter(context, a, b) != 0; });
   });
 }
 
 quoin_status quoin_finder_set_reach(quoin_finder* finder, double reach) {
-  return with(finder, [&](geometry::ContactFinder& f) { f.set_reach(reach); });
+  return with(finder, [&](quoin_finder& f) { f.finder.set_reach(reach); });
 }
 
 quoin_status quoin_finder_set_body_reach(quoin_finder* finder, int handle, double reach) {
-  return with(finder, [&](geometry::ContactFinder& f) { f.set_reach(handle, reach); });
+  return with(finder, [&](quoin_finder& f) { f.finder.set_reach(handle, reach); });
 }
 
 int quoin_finder_size(const quoin_finder* finder) {
@@ -183,47 +165,43 @@ int quoin_finder_threads(const quoin_finder* finder) {
 }
 
 quoin_status quoin_finder_find(quoin_finder* finder) {
-  return with(finder, [&](geometry::ContactFinder& f) {
-    f.find(finder->contacts);
+  return with(finder, [&](quoin_finder& f) {
+    f.finder.find(finder->contacts);
     copy(finder->contacts, finder->points);
-    copy(f.pairs(), finder->pairs);
+    copy(f.finder.pairs(), finder->pairs);
   });
 }
 
 quoin_status quoin_finder_contacts_of(quoin_finder* finder, const int* handles, int handle_count,
                                       quoin_contact_point* points, int* count) {
-  quoin_status status = QUOIN_OK;
-  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(handle_count >= 0 && (handles != nullptr || handle_count == 0),
             "handles is null, or their number is negative");
     require_room(points, count);
-    f.contacts_of({handles, static_cast<std::size_t>(handle_count)}, finder->asked);
-    status = give(finder->asked, points, *count);
+    f.finder.contacts_of({handles, static_cast<std::size_t>(handle_count)}, finder->asked);
+    return give(f.asked, points, *count);
   });
-  return asked == QUOIN_OK ? status : asked;
 }
 
 quoin_status quoin_finder_nearest_hit(quoin_finder* finder, const quoin_ray* ray,
                                       const quoin_query_filter* filter, quoin_body_hit* hit,
                                       int* hits) {
-  return with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require(hit != nullptr && hits != nullptr, "an argument is null");
-    const auto found = f.nearest_hit(ray_of(ray), filter_of(filter));
+    const auto found = f.finder.nearest_hit(ray_of(ray), filter_of(filter));
     *hits = found.has_value() ? 1 : 0;
-    if (found) *hit = hit_to_c(*found);
+    if (found) *hit = to_c(*found);
   });
 }
 
 quoin_status quoin_finder_all_hits(quoin_finder* finder, const quoin_ray* ray,
                                    const quoin_query_filter* filter, quoin_body_hit* hits,
                                    int* count) {
-  quoin_status status = QUOIN_OK;
-  const quoin_status asked = with(finder, [&](geometry::ContactFinder& f) {
+  return with(finder, [&](quoin_finder& f) {
     require_room(hits, count);
-    f.all_hits(ray_of(ray), finder->hits, filter_of(filter));
-    status = give_all(finder->hits, hits, *count, hit_to_c);
+    f.finder.all_hits(ray_of(ray), finder->hits, filter_of(filter));
+    return give(f.hits, hits, *count);
   });
-  return asked == QUOIN_OK ? status : asked;
 }
 
 quoin_status quoin_finder_bodies_in_box(quoin_finder* finder, const double* min, const double* max,
@@ -244,11 +222,11 @@ quoin_status quoin_finder_bodies_at(quoin_finder* finder, const double* point, d
 }
 
 const quoin_contact_point* quoin_finder_points(const quoin_finder* finder, int* count) {
-  return finder == nullptr ? no_list<quoin_contact_point>(count) : list(finder->points, count);
+  return list(finder, &quoin_finder::points, count);
 }
 
 const quoin_pair* quoin_finder_pairs(const quoin_finder* finder, int* count) {
-  return finder == nullptr ? no_list<quoin_pair>(count) : list(finder->pairs, count);
+  return list(finder, &quoin_finder::pairs, count);
 }
 
 }  // extern "C"

@@ -169,15 +169,6 @@ quoin_status give(const NearestFeatures& found, quoin_hint* hint, quoin_nearest*
   return found.status == PairStatus::NotConverged ? QUOIN_NOT_CONVERGED : QUOIN_OK;
 }
 
-quoin_status give(std::span<const ContactPoint> found, quoin_contact_point* points, int& count) {
-  const auto room = static_cast<std::size_t>(count);
-  count = static_cast<int>(found.size());
-  const std::span<const ContactPoint> written = found.first(std::min(room, found.size()));
-  std::transform(written.begin(), written.end(), points,
-                 [](const ContactPoint& point) { return to_c(point); });
-  return found.size() > room ? QUOIN_TOO_MANY : QUOIN_OK;
-}
-
 }  // namespace quoin::geometry::bindings
 
 using namespace quoin::geometry;            // NOLINT: nothing but the functions of C follows
@@ -194,33 +185,33 @@ quoin_placement quoin_no_placement(void) {
 quoin_status quoin_make_hull(const double* points, int count, quoin_shape** made, char* message,
                              size_t message_size) {
   say("", message, message_size);
-  const auto make = [&] {
-    require(points != nullptr && made != nullptr && count >= 0,
-            "points or made is null, or count is negative");
-    Hull hull = make_hull(points_of(points, count));
-    *made = new_shape(std::move(hull.polyhedron), std::move(hull.input_index));
-    return QUOIN_OK;
-  };
-  return guarded(make, message, message_size);
+  return guarded(
+      [&] {
+        require(points != nullptr && made != nullptr && count >= 0,
+                "points or made is null, or count is negative");
+        Hull hull = make_hull(points_of(points, count));
+        *made = new_shape(std::move(hull.polyhedron), std::move(hull.input_index));
+      },
+      message, message_size);
 }
 
 quoin_status quoin_make_shape(const double* points, int count, const int* face_sizes,
                               int face_count, const int* face_vertices, quoin_shape** made,
                               char* message, size_t message_size) {
   say("", message, message_size);
-  const auto make = [&] {
-    require(points != nullptr && face_sizes != nullptr && face_vertices != nullptr &&
-                made != nullptr && count >= 0 && face_count >= 0,
-            "an argument is null, or a count is negative");
-    require(face_count <= 2 * kMostVertices, "there are more faces than polyhedra have");
-    Shape solid =
-        make_shape(points_of(points, count), faces_of(face_sizes, face_count, face_vertices));
-    std::vector<int> all(static_cast<std::size_t>(count));
-    std::iota(all.begin(), all.end(), 0);
-    *made = new_shape(std::move(solid), std::move(all));
-    return QUOIN_OK;
-  };
-  return guarded(make, message, message_size);
+  return guarded(
+      [&] {
+        require(points != nullptr && face_sizes != nullptr && face_vertices != nullptr &&
+                    made != nullptr && count >= 0 && face_count >= 0,
+                "an argument is null, or a count is negative");
+        require(face_count <= 2 * kMostVertices, "there are more faces than polyhedra have");
+        Shape solid =
+            make_shape(points_of(points, count), faces_of(face_sizes, face_count, face_vertices));
+        std::vector<int> all(static_cast<std::size_t>(count));
+        std::iota(all.begin(), all.end(), 0);
+        *made = new_shape(std::move(solid), std::move(all));
+      },
+      message, message_size);
 }
 
 void quoin_free(quoin_shape* shape) { delete shape; }
@@ -241,10 +232,7 @@ quoin_status quoin_feature_vertices(const quoin_shape* shape, quoin_feature feat
     require(shape != nullptr, "the shape is null");
     require_room(vertices, count);
     const std::span<const int> found = vertices_of(shape->solid->topology(), feature);
-    const int room = *count;
-    *count = static_cast<int>(found.size());
-    std::copy_n(found.begin(), std::min(room, *count), vertices);
-    return *count > room ? QUOIN_TOO_MANY : QUOIN_OK;
+    return give(found, vertices, *count);
   });
 }
 
@@ -256,7 +244,6 @@ quoin_status quoin_set_vertices(quoin_shape* shape, const double* vertices) {
             "a coordinate is not finite or too large");
     if (shape->solid.use_count() > 1) shape->solid = std::make_shared<Shape>(*shape->solid);
     shape->solid->set_vertices(points);
-    return QUOIN_OK;
   });
 }
 
@@ -296,7 +283,6 @@ quoin_status quoin_overlap(const quoin_body* a, const quoin_body* b, int* answer
   return guarded([&] {
     require(answer != nullptr, "answer is null");
     *answer = overlap(body_of(a, 0), body_of(b, 1)) ? 1 : 0;
-    return QUOIN_OK;
   });
 }
 
@@ -319,7 +305,6 @@ quoin_status quoin_first_hit(const quoin_body* body, const quoin_ray* ray, quoin
     const std::optional<RayHit> found = first_hit(body_of(body, 0), ray_of(ray));
     *hits = found.has_value() ? 1 : 0;
     if (found.has_value()) *hit = to_c(*found);
-    return QUOIN_OK;
   });
 }
 
@@ -329,7 +314,6 @@ quoin_status quoin_contains(const quoin_body* body, const double* point, double 
     require(point != nullptr && answer != nullptr, "an argument is null");
     require_length(tolerance, "tolerance");
     *answer = contains(body_of(body, 0), vector_of(point), tolerance) ? 1 : 0;
-    return QUOIN_OK;
   });
 }
 

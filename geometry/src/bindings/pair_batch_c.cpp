@@ -107,12 +107,12 @@ extern "C" {
 quoin_status quoin_make_batch(double reach, double tolerance, quoin_batch** made, char* message,
                               size_t message_size) {
   say("", message, message_size);
-  const auto make = [&] {
-    require(made != nullptr, "made is null");
-    *made = new quoin_batch({.tolerance = tolerance, .reach = reach});
-    return QUOIN_OK;
-  };
-  return guarded(make, message, message_size);
+  return guarded(
+      [&] {
+        require(made != nullptr, "made is null");
+        *made = new quoin_batch({.tolerance = tolerance, .reach = reach});
+      },
+      message, message_size);
 }
 
 void quoin_free_batch(quoin_batch* batch) { delete batch; }
@@ -122,36 +122,26 @@ const char* quoin_batch_message(const quoin_batch* batch) {
 }
 
 quoin_status quoin_batch_set_reach(quoin_batch* batch, double reach) {
-  if (batch == nullptr) return QUOIN_BAD_INPUT;
-  const auto set = [&] {
-    batch->batch.set_reach(reach);
-    return QUOIN_OK;
-  };
-  return guarded(set, batch->message, sizeof batch->message);
+  return with(batch, [&](quoin_batch& b) { b.batch.set_reach(reach); });
 }
 
 quoin_status quoin_batch_find(quoin_batch* batch, const quoin_candidates* candidates) {
-  if (batch == nullptr) return QUOIN_BAD_INPUT;
-  const auto run = [&] {
+  return with(batch, [&](quoin_batch& b) {
     check(candidates);
-    find(*batch, *candidates);
-    return QUOIN_OK;
-  };
-  return guarded(run, batch->message, sizeof batch->message);
+    find(b, *candidates);
+  });
 }
 
 quoin_status quoin_batch_contacts_of(quoin_batch* batch, const quoin_candidates* candidates,
                                      quoin_contact_point* points, int* count) {
-  if (batch == nullptr) return QUOIN_BAD_INPUT;
-  const auto run = [&] {
+  return with(batch, [&](quoin_batch& b) {
     check(candidates);
     require_room(points, count);
-    const geometry::BodySource bodies = read(*candidates, *batch);
+    const geometry::BodySource bodies = read(*candidates, b);
     geometry::check_names(bodies.names);
-    batch->batch.contacts_of(bodies, batch->candidates, batch->asked);
-    return give(batch->asked, points, *count);
-  };
-  return guarded(run, batch->message, sizeof batch->message);
+    b.batch.contacts_of(bodies, b.candidates, b.asked);
+    return give(b.asked, points, *count);
+  });
 }
 
 quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, double tolerance,
@@ -169,11 +159,11 @@ quoin_status quoin_update_nearest_features(const quoin_candidates* candidates, d
 }
 
 const quoin_contact_point* quoin_batch_points(const quoin_batch* batch, int* count) {
-  return batch == nullptr ? no_list<quoin_contact_point>(count) : list(batch->points, count);
+  return list(batch, &quoin_batch::points, count);
 }
 
 const quoin_pair* quoin_batch_pairs(const quoin_batch* batch, int* count) {
-  return batch == nullptr ? no_list<quoin_pair>(count) : list(batch->pairs, count);
+  return list(batch, &quoin_batch::pairs, count);
 }
 
 }  // extern "C"
