@@ -1,11 +1,9 @@
 /// Least overlap of bricks over the 15 directions, against the polytope that knows no bricks.
 
-#include "geometry/src/search/box_sat.hpp"
-
 #include <algorithm>
 #include <quoin/geometry/build.hpp>
 
-#include "geometry/src/search/epa.hpp"
+#include "geometry/src/search/nearest_feature_search.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <memory>
 #include <quoin/geometry/build.hpp>
-#include <quoin/geometry/distance_batch.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <vector>
 
 #include "referee/pairs/families.hpp"

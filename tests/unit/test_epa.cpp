@@ -1,7 +1,7 @@
 /// Least overlap by the polytope, against all faces and pairs of edges of the exact hulls.
 
-#include "geometry/src/search/epa.hpp"
-#include "geometry/src/search/exact_overlap.hpp"
+#include "geometry/src/search/exact_search.hpp"
+#include "geometry/src/search/nearest_feature_search.hpp"
 
 #include <quoin/geometry/build.hpp>
 #include <vector>

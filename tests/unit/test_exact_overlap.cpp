@@ -1,6 +1,6 @@
 /// The exact search of solids that share a point: closed forms, the arbiter, and its bounds.
 
-#include "geometry/src/search/exact_overlap.hpp"
+#include "geometry/src/search/exact_search.hpp"
 
 #include <cmath>
 #include <numbers>

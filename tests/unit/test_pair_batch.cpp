@@ -134,10 +134,6 @@ TEST_CASE("pair batch: input that makes no sense is refused") {
   source.names = two_names;
   CHECK(find({{0, 1}}) == "pair batch: 2 names for 3 bodies");
   source.names = {};
-  const std::vector<double> two_ways{0.0, 0.0};
-  source.ways = two_ways;
-  CHECK(find({{0, 1}}) == "pair batch: 2 ways for 3 bodies");
-  source.ways = {};
   stack.bodies[1] = Body(stack.cube, at(nan));
   CHECK(find({{0, 1}}) ==
         "body 1: translation[2] of its placement is nan, must be finite and at most 1e+30");

@@ -7,7 +7,6 @@
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/contact_point.hpp>
 #include <quoin/geometry/contact_type.hpp>
-#include <quoin/geometry/distance_batch.hpp>
 #include <quoin/geometry/executor.hpp>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/nearest_features.hpp>

@@ -1,7 +1,7 @@
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "bindings/c_values.hpp"
-#include "finder/pair_checks.hpp"
+#include "finder/placed_box.hpp"
 
 namespace geometry = quoin::geometry;
 

@@ -98,4 +98,6 @@ FeatureNormal feature_normal(const Solid& p, const Solid& q, const ContactSets& 
   return form;
 }
 
+Vec3 wide_cross(Side e, Side f) { return cross(e.wide(), f.wide()).rounded(); }
+
 }  // namespace quoin::geometry

@@ -25,4 +25,8 @@ void append_corners(const std::array<int, 2>& blocks, bool reversed, const Neare
                     ContactType type, const ContactPlane& plane, const SharedCorners& corners,
                     std::vector<ContactPoint>& contacts);
 
+/// `middle`: of the pair, in the world, m.
+void move(const Solid& a, const Solid& b, const Vector3& middle, PointFrame frame,
+          std::span<ContactPoint> points);
+
 }  // namespace quoin::geometry

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "polygon/cross2.hpp"
+#include "polygon/contact_plane.hpp"
 
 namespace quoin::geometry {
 namespace {

@@ -11,7 +11,6 @@
 #include "contact/contact_corners.hpp"
 #include "contact/contact_patch.hpp"
 #include "contact/facing_faces.hpp"
-#include "contact/point_frame.hpp"
 #include "numeric/numbers.hpp"
 #include "polygon/line_normal.hpp"
 #include "polygon/overlay.hpp"
@@ -25,7 +24,6 @@ constexpr double kSteepSine = 0.5;
 
 /// Everything about one pair, in the order in which it is worked (P before Q).
 struct PairPoints {
-  bool outlined = false;    // what two edges share is asked for as well
   double tolerance = 0.0, gap = 0.0;
   ContactType type = ContactType::VertexVertex;
   VertexSet band_p, band_q;  // vertices that may carry points
@@ -137,24 +135,18 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
   points.push_back(corner);
 }
 
-/// Do two points lie within `tolerance` of each other? Of many only those that do along u are
-/// asked.
+/// Do two points lie within `tolerance` of each other? Only those that do along u are compared.
 bool crowded(const SharedCorners& points, double tolerance) {
-  constexpr std::size_t kFew = 16;
   SmallVector<std::size_t, 32> order;
-  order.resize(points.size());
-  for (std::size_t k = 0; k < points.size(); ++k) order[k] = k;
-  const bool sorted = points.size() > kFew;
-  if (sorted) {
-    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
-      return std::pair(points[i].place.x(), i) < std::pair(points[k].place.x(), k);
-    });
-  }
+  for (std::size_t k = 0; k < points.size(); ++k) order.push_back(k);
+  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
+    return std::pair(points[i].place.x(), i) < std::pair(points[k].place.x(), k);
+  });
   for (std::size_t k = 1; k < order.size(); ++k) {
     for (std::size_t i = k; i-- > 0;) {
       const Vector2 step = points[order[k]].place - points[order[i]].place;
       if (step.squaredNorm() <= tolerance * tolerance) return true;
-      if (sorted && step.x() > tolerance) break;
+      if (step.x() > tolerance) break;
     }
   }
   return false;
@@ -217,21 +209,8 @@ void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, C
   find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
 }
 
-/// Do two of a few points have one name? True of many: they are to be put in order.
-bool may_have_twins(const SharedCorners& points) {
-  constexpr std::size_t kFew = 16;
-  if (points.size() > kFew) return true;
-  for (std::size_t k = 1; k < points.size(); ++k) {
-    for (std::size_t i = 0; i < k; ++i)
-      if (points[i].feature_p == points[k].feature_p && points[i].feature_q == points[k].feature_q)
-        return true;
-  }
-  return false;
-}
-
 /// Of two points of one name the lower one keeps it: of needles one may come at two places.
 void merge_twins(SharedCorners& points) {
-  if (!may_have_twins(points)) return;
   SmallVector<std::pair<std::int64_t, std::size_t>, 32> names;
   for (std::size_t k = 0; k < points.size(); ++k)
     names.push_back({key_number(points[k].feature_p, points[k].feature_q, false), k});
@@ -762,22 +741,6 @@ void find_top(const Solid& solid, const Vector3& outward, double top, const TopD
     if (dot(row_offset(solid, v), local) >= top - depths.tolerance) support.push_back(v);
 }
 
-/// Do the points show all that two edges share, where these cross at more than 30 degrees?
-bool show_crossing(const Working& work, const PairPoints& pair) {
-  constexpr double kClearSine = 0.5, kClearPlace = 64.0;
-  const VertexSet &set_p = pair.support_p, &set_q = pair.support_q;
-  if (pair.type != ContactType::EdgeEdgeCrossing || set_p.size() != 2 || set_q.size() != 2 ||
-      !(pair.tolerance > kClearPlace * work.rounding))
-    return false;
-  const Vec3 e = work.p.line(set_p[0], set_p[1]), f = work.q.line(set_q[0], set_q[1]);
-  if (!(square(cross(e, f)) > kClearSine * kClearSine * square(e) * square(f))) return false;
-  const Feature of_p{FeatureKind::Edge, work.p.topology().find_edge(set_p[0], set_p[1])};
-  const Feature of_q{FeatureKind::Edge, work.q.topology().find_edge(set_q[0], set_q[1])};
-  return std::any_of(pair.merged.begin(), pair.merged.end(), [&](const SharedCorner& point) {
-    return named(point) && point.feature_p == of_p && point.feature_q == of_q;
-  });
-}
-
 /// The points of any pair.
 void find_all_points(const OrderedPair& ordered, const ContactOptions& options, double rounding,
                      LateInit<ContactPolygon>& part, PairPoints& pair) {
@@ -801,8 +764,7 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
-  const bool shown = !pair.outlined && !surfaces && show_crossing(work, pair);
-  if (!of_vertex && !shown) find_shared_part(work, surfaces, pair, patches, part.emplace());
+  if (!of_vertex) find_shared_part(work, surfaces, pair, patches, part.emplace());
 }
 
 void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest,
@@ -868,7 +830,6 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   }
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
-  pair.outlined = true;
   find_pair_points(ordered, contact.nearest, options, part, pair);
   if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
   contact.points.clear();

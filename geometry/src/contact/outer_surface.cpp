@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "numeric/floating_point.hpp"
+#include "polygon/contact_plane.hpp"
 #include "polygon/contact_polygon.hpp"
-#include "polygon/cross2.hpp"
 
 namespace quoin::geometry {
 namespace {

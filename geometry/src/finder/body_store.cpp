@@ -4,7 +4,6 @@
 #include <limits>
 #include <numeric>
 
-#include "finder/largest_move.hpp"
 #include "finder/placed_box.hpp"
 
 namespace quoin::geometry {
@@ -40,47 +39,19 @@ void BodyStore::make_room() {
     make_room_in(handles_);
   }
   make_room_in(placements_);
-  make_room_in(kind_of_);
+  make_room_in(shapes_);
+  make_room_in(options_);
   make_room_in(changes_);
-  make_room_in(ways_);
   const std::size_t most = most_to_place();
   if (to_place_.capacity() <= most) to_place_.reserve(most + most / 4);
   if (!reaches_.empty()) make_room_in(reaches_);
 }
 
-/// One more user of a kind, which is made if there is none like it.
-int BodyStore::join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& options) {
-  Kind made{std::move(shape), options.category, options.collides_with, options.motion};
-  const auto [place, is_new] = kind_by_key_.try_emplace(key_of(made), -1);
-  if (is_new) {
-    try {
-      make_room_in(kinds_);
-      // So that leave_kind() cannot fail.
-      if (free_kinds_.capacity() <= kinds_.size()) free_kinds_.reserve(2 * kinds_.size() + 1);
-    } catch (...) {
-      kind_by_key_.erase(place);
-      throw;
-    }
-    if (free_kinds_.empty()) {
-      free_kinds_.push_back(static_cast<int>(kinds_.size()));
-      kinds_.emplace_back();
-    }
-    place->second = free_kinds_.back();
-    free_kinds_.pop_back();
-    kinds_[at(place->second)] = std::move(made);
-    survey_.reset();
-  }
-  ++kinds_[at(place->second)].users;
-  return place->second;
-}
-
-void BodyStore::leave_kind(int kind) {
-  Kind& left = kinds_[at(kind)];
-  if (--left.users > 0) return;
-  kind_by_key_.erase(key_of(left));
-  left.shape.reset();
-  survey_.reset();
-  free_kinds_.push_back(kind);
+/// What is known of all bodies; of those that are gone it stays: only speed hangs on it.
+void BodyStore::survey(const Shape& shape, const BodyOptions& options) {
+  common_category_ &= options.category;
+  common_collides_with_ &= options.collides_with;
+  largest_tolerance_ = std::max(largest_tolerance_, default_tolerance(shape, shape));
 }
 
 int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placement,
@@ -91,15 +62,15 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
   require_shape(shape, handle);
   require_placement(placement, handle);
   make_room();
-  const int kind = join_kind(std::move(shape), options);
+  survey(*shape, options);
   if (was_packed()) {
     slot_of_.push_back(slots());
     handles_.push_back(handle);
   }
   placements_.push_back(placement);
-  kind_of_.push_back(kind);
+  shapes_.push_back(std::move(shape));
+  options_.push_back(options);
   changes_.push_back(BodyChange::None);
-  ways_.push_back(0.0);
   if (!reaches_.empty()) reaches_.push_back(0.0);
   ++present_;
   note_change(slots() - 1, BodyChange::Moved);
@@ -126,8 +97,7 @@ void BodyStore::boxes_are_placed() {
 
 void BodyStore::remove(int handle) {
   const int place = slot(handle);
-  leave_kind(kind_of_[at(place)]);
-  kind_of_[at(place)] = -1;
+  shapes_[at(place)].reset();
   if (was_packed()) slot_of_[at(handle)] = -1;
   changes_[at(place)] = BodyChange::Moved;  // whatever its shape was
   note_change(place, BodyChange::Moved);
@@ -138,8 +108,6 @@ void BodyStore::move(int handle, const Placement& placement) {
   const int place = slot(handle);
   require_placement(placement, handle);
   if (same_placement(placements_[at(place)], placement)) return;
-  ways_[at(place)] =
-      longer_way(ways_[at(place)], largest_move(shape(place), placements_[at(place)], placement));
   placements_[at(place)] = placement;
   note_change(place, BodyChange::Moved);
 }
@@ -147,52 +115,28 @@ void BodyStore::move(int handle, const Placement& placement) {
 void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   const int place = slot(handle);
   require_shape(shape, handle);
-  const Kind& old = kind(place);
-  const BodyOptions options{old.category, old.collides_with, old.motion};
   // Features keep their names: it has moved, freely.
   const bool moved = changes_[at(place)] != BodyChange::Shape &&
-                     old.shape->shared_topology() == shape->shared_topology();
-  if (moved) {
-    ways_[at(place)] =
-        longer_way(ways_[at(place)], largest_move(*old.shape, *shape, placement(place)));
-  }
-  const int next = join_kind(std::move(shape), options);
-  leave_kind(kind_of_[at(place)]);
-  kind_of_[at(place)] = next;
+                     this->shape(place).shared_topology() == shape->shared_topology();
+  survey(*shape, options_[at(place)]);
+  shapes_[at(place)] = std::move(shape);
   note_change(place, moved ? BodyChange::Moved : BodyChange::Shape);
 }
 
 void BodyStore::set_options(int handle, const BodyOptions& options) {
   const int place = slot(handle);
-  const int next = join_kind(kind(place).shape, options);
-  leave_kind(kind_of_[at(place)]);
-  kind_of_[at(place)] = next;
+  survey(shape(place), options);
+  options_[at(place)] = options;
   note_change(place, BodyChange::Moved);
 }
 
-/// A longer reach uses up what pairs were apart, as if the body had come nearer by as much: the
-/// reach of a pair, the larger of two, grows by no more than both together.
 void BodyStore::set_reach(int handle, double reach) {
   const int place = slot(handle);
   if (reaches_.empty()) reaches_.assign(at(slots()), 0.0);
   double& now = reaches_[at(place)];
   if (reach == now) return;
-  if (reach > now) ways_[at(place)] = longer_way(ways_[at(place)], reach - now);
   now = reach;
   note_change(place, BodyChange::Moved);
-}
-
-const BodyStore::Survey& BodyStore::survey() const {
-  if (survey_) return *survey_;
-  std::uint32_t category = ~0u, collides_with = ~0u;
-  double largest = 0.0;
-  for (const Kind& kind : kinds_) {
-    if (kind.users == 0) continue;
-    category &= kind.category;
-    collides_with &= kind.collides_with;
-    largest = std::max(largest, default_tolerance(*kind.shape, *kind.shape));
-  }
-  return survey_.emplace(Survey{(category & collides_with) != 0, largest});
 }
 
 bool BodyStore::pack() {
@@ -209,18 +153,18 @@ bool BodyStore::pack() {
     if (is_hole(from)) continue;
     placements_[at(next)] = placements_[at(from)];
     handles_[at(next)] = handles_[at(from)];
-    kind_of_[at(next)] = kind_of_[at(from)];
+    shapes_[at(next)] = shapes_[at(from)];
+    options_[at(next)] = options_[at(from)];
     changes_[at(next)] = changes_[at(from)];
-    ways_[at(next)] = ways_[at(from)];
     if (!reaches_.empty()) reaches_[at(next)] = reaches_[at(from)];
     slot_of_[at(handles_[at(next)])] = next;
     ++next;
   }
   placements_.resize(at(next));
   handles_.resize(at(next));
-  kind_of_.resize(at(next));
+  shapes_.resize(at(next));
+  options_.resize(at(next));
   changes_.resize(at(next));
-  ways_.resize(at(next));
   if (!reaches_.empty()) reaches_.resize(at(next));
   return true;
 }

@@ -1,10 +1,7 @@
 #pragma once
-/// The bodies of a finder: placements in a row, shapes and masks shared.
+/// The bodies of a finder, in rows.
 
-#include <map>
-#include <optional>
 #include <quoin/geometry/contact_finder.hpp>
-#include <tuple>
 
 #include "numeric/numbers.hpp"
 
@@ -26,14 +23,14 @@ class BodyStore {
   int slot(int handle) const;
   int size() const { return present_; }
   int slots() const { return static_cast<int>(placements_.size()); }
-  bool is_hole(int slot) const { return kind_of_[at(slot)] < 0; }
-  BodyMotion motion(int slot) const { return kind(slot).motion; }
-  std::uint32_t category(int slot) const { return kind(slot).category; }
-  const Shape& shape(int slot) const { return *kind(slot).shape; }
+  bool is_hole(int slot) const { return shapes_[at(slot)] == nullptr; }
+  BodyMotion motion(int slot) const { return options_[at(slot)].motion; }
+  std::uint32_t category(int slot) const { return options_[at(slot)].category; }
+  const Shape& shape(int slot) const { return *shapes_[at(slot)]; }
   const Placement& placement(int slot) const { return placements_[at(slot)]; }
   /// Whether the masks of two bodies let them touch.
   bool may_touch(int slot_a, int slot_b) const {
-    const Kind &a = kind(slot_a), &b = kind(slot_b);
+    const BodyOptions &a = options_[at(slot_a)], &b = options_[at(slot_b)];
     return (a.category & b.collides_with) != 0 && (b.category & a.collides_with) != 0;
   }
   int handle(int slot) const { return was_packed() ? handles_[at(slot)] : slot; }
@@ -41,16 +38,12 @@ class BodyStore {
   /// One a slot, since the last settle(). New, removed and otherwise used bodies have moved, and so
   /// have those with another reach.
   std::span<const BodyChange> changes() const { return changes_; }
-  /// One a slot: the sum of the farthest that a point of the body has come in each move, and of all
-  /// that its reach has grown by, m.
-  std::span<const double> ways() const { return ways_; }
   std::span<const double> reaches() const { return reaches_; }  ///< one a slot, m; empty: all 0
   double reach(int slot) const { return reaches_.empty() ? 0.0 : reaches_[at(slot)]; }
   /// Whether the masks of no two bodies can keep them apart.
-  bool all_may_touch() const { return survey().all_may_touch; }
-  double largest_tolerance() const {
-    return survey().largest_tolerance;
-  }  ///< default_tolerance of any two bodies is no larger, m
+  bool all_may_touch() const { return (common_category_ & common_collides_with_) != 0; }
+  /// default_tolerance of any two bodies is no larger, m
+  double largest_tolerance() const { return largest_tolerance_; }
 
   /// Slots that have changed since boxes_are_placed(): in a list, or, where they are
   /// many, among those that changes() names.
@@ -62,50 +55,27 @@ class BodyStore {
   void settle();  ///< changes are counted anew from here
 
  private:
-  /// What bodies share; `users` says how many.
-  struct Kind {
-    std::shared_ptr<const Shape> shape{};
-    std::uint32_t category = 0, collides_with = 0;
-    BodyMotion motion = BodyMotion::Moving;
-    int users = 0;
-  };
-  /// What holds of all kinds.
-  struct Survey {
-    bool all_may_touch = true;
-    double largest_tolerance = 0.0;  // m
-  };
-  using KindKey = std::tuple<const Shape*, std::uint32_t, std::uint32_t, BodyMotion>;
-
   bool was_packed() const { return !slot_of_.empty(); }
   int given() const { return was_packed() ? static_cast<int>(slot_of_.size()) : slots(); }
   int find(int handle) const {  // -1: removed
     if (was_packed()) return slot_of_[at(handle)];
     return is_hole(handle) ? -1 : handle;
   }
-  static KindKey key_of(const Kind& kind) {
-    return {kind.shape.get(), kind.category, kind.collides_with, kind.motion};
-  }
-  const Kind& kind(int slot) const { return kinds_[at(kind_of_[at(slot)])]; }
-  int join_kind(std::shared_ptr<const Shape> shape, const BodyOptions& options);
-  void leave_kind(int kind);
+  void survey(const Shape& shape, const BodyOptions& options);
   void make_room();
   std::size_t most_to_place() const { return placements_.size() / 8 + 16; }
   void note_change(int slot, BodyChange change);
 
-  const Survey& survey() const;
-
-  std::vector<Kind> kinds_;
-  mutable std::optional<Survey> survey_;  // until there are other kinds
-  std::vector<int> free_kinds_;
-  std::map<KindKey, int> kind_by_key_;
+  std::uint32_t common_category_ = ~0u, common_collides_with_ = ~0u;  // bits that all bodies had
+  double largest_tolerance_ = 0.0;                                    // m
   std::vector<int>
       slot_of_;  // of each handle ever given, -1: removed; empty until slots are packed
   std::vector<int> handles_;  // one a slot, empty until then
   // One a slot:
   std::vector<Placement> placements_;
-  std::vector<int> kind_of_;  // -1: a hole
+  std::vector<std::shared_ptr<const Shape>> shapes_;  // null: a hole
+  std::vector<BodyOptions> options_;
   std::vector<BodyChange> changes_;
-  std::vector<double> ways_;
   std::vector<double> reaches_;  // empty until one is set
   std::vector<int> to_place_;
   bool many_to_place_ = false;

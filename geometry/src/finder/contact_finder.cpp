@@ -8,7 +8,6 @@
 
 #include "finder/body_store.hpp"
 #include "finder/placed_box.hpp"
-#include "search/ray.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -266,7 +265,6 @@ BodySource ContactFinder::Memory::source() const {
   source.count = store.slots();
   source.names = store.handles();
   source.changes = store.changes();
-  source.ways = store.ways();
   source.reaches = store.reaches();
   return source;
 }

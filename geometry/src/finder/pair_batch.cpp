@@ -6,7 +6,6 @@
 #include <quoin/geometry/pair_batch.hpp>
 
 #include "contact/contact_tracking.hpp"
-#include "finder/pair_checks.hpp"
 #include "finder/placed_box.hpp"
 #include "numeric/numbers.hpp"
 #include "search/still_apart.hpp"
@@ -18,9 +17,8 @@ constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thr
 
 /// What a pair keeps from call to call, besides its hint.
 struct PairState {
-  double apart_until = 0.0;  // of the bodies' ways summed: out of reach so long; 0: not known
-  int listed = -1;           // among the results of the last call, -1: not in contact
-  int kept = -1;             // where its contact points begin in `remembered`, -1: not remembered
+  int listed = -1;  // among the results of the last call, -1: not in contact
+  int kept = -1;    // where its contact points begin in `remembered`, -1: not remembered
 };
 
 /// Behind those of all pairs.
@@ -111,7 +109,6 @@ void check_sizes(const BodySource& bodies) {
   };
   fits(bodies.names.size(), "names");
   fits(bodies.changes.size(), "changes");
-  fits(bodies.ways.size(), "ways");
   fits(bodies.reaches.size(), "reaches");
 }
 
@@ -177,9 +174,9 @@ struct PairBatch::Memory {
     return options.tolerance > 0.0 ? options.tolerance : default_tolerance(a, b);
   }
   bool stay_apart(std::size_t i, const Body& a, const Body& b, const FeatureHint& hint,
-                  PairState& state) const;
+                  const PairState& state) const;
   PairResult search_pair(std::size_t i, WorkerPart& part, FeatureHint& hint,
-                         PairState& state) const;
+                         const PairState& state) const;
   PairResult repeat(std::size_t i, WorkerPart& part);
   void list(std::size_t i, std::size_t start, WorkerPart& part, PairResult& result);
   void follow(std::size_t i, std::span<ContactPoint> points, WorkerPart& part);
@@ -205,12 +202,6 @@ struct PairBatch::Memory {
   }
   /// Of a pair's points.
   int count_of(const PairState& pair) { return pair.listed < 0 ? 0 : listed_of(pair).count; }
-  /// How far the two have come. Where nobody tells, nothing is known to last.
-  double ways_of(const BlockPair& pair) const {
-    if (bodies.ways.empty()) return std::numeric_limits<double>::infinity();
-    return bodies.ways[static_cast<std::size_t>(pair.a)] +
-           bodies.ways[static_cast<std::size_t>(pair.b)];
-  }
   double reach_of(const BlockPair& pair) const {
     if (bodies.reaches.empty()) return options.reach;
     return std::max({options.reach, bodies.reaches[static_cast<std::size_t>(pair.a)],
@@ -290,7 +281,6 @@ void PairBatch::Memory::forget_changed() {
     if (!stand || !same_reach) states[i].kept = -1;
     if (reshaped(pairs[i])) {
       hints[i] = {};
-      states[i].apart_until = 0.0;
     }
     standing_pairs += stand;
     kept_pairs += states[i].kept >= 0;
@@ -351,21 +341,17 @@ void PairBatch::Memory::follow(std::size_t i, std::span<ContactPoint> points, Wo
   match(i, a, was, points, part);
 }
 
-/// Does last step's plane still part two bodies that were not in contact? They have no points then,
-/// nor will they before their ways have used up what they are apart beyond the reach.
+/// Does last step's plane still part two bodies that were not in contact? They have no points then.
 bool PairBatch::Memory::stay_apart(std::size_t i, const Body& a, const Body& b,
-                                   const FeatureHint& hint, PairState& state) const {
+                                   const FeatureHint& hint, const PairState& state) const {
   if (state.listed >= 0 || hint.vertices_a[0] < 0) return false;
   const double near = std::max(reach_of(pairs[i]), tolerance_of(a, b));
-  const double beyond = apart_beyond(a, b, hint.normal, near);
-  if (!(beyond > 0.0)) return false;
-  if (!bodies.ways.empty()) state.apart_until = (ways_of(pairs[i]) + beyond) * (1.0 - 4 * kEpsilon);
-  return true;
+  return apart_beyond(a, b, hint.normal, near) > 0.0;
 }
 
 /// Appends the points of a pair to those of the worker.
 PairResult PairBatch::Memory::search_pair(std::size_t i, WorkerPart& part, FeatureHint& hint,
-                                          PairState& state) const {
+                                          const PairState& state) const {
   PairResult result;
   const Body& a = part.bodies.first(pairs[i].a);
   const Body& b = part.bodies.second(pairs[i].b);
@@ -402,7 +388,6 @@ void PairBatch::Memory::list(std::size_t i, std::size_t start, WorkerPart& part,
 void PairBatch::Memory::search(std::size_t first, std::size_t last, WorkerPart& part) {
   for (std::size_t i = first; i < last; ++i) {
     PairState& state = states[i];
-    if (state.apart_until > ways_of(pairs[i])) continue;
     const std::size_t start = part.points.size();
     PairResult result = state.kept >= 0 ? repeat(i, part) : search_pair(i, part, hints[i], state);
     if (part.points.size() > start) {
@@ -425,7 +410,6 @@ void PairBatch::Memory::ask(std::size_t first, std::size_t last, WorkerPart& par
     PairState new_state;
     FeatureHint no_hint;
     PairState& state = is_known ? states.begin()[place] : new_state;
-    if (state.apart_until > ways_of(pairs[i])) continue;
     search_pair(i, part, is_known ? hints.begin()[place] : no_hint, state);
   }
 }
@@ -513,10 +497,7 @@ std::span<const PairResult> PairBatch::pairs() const { return memory().listed; }
 
 void PairBatch::set_reach(double reach) {
   require_length(reach, "pair batch: reach");
-  Memory& m = memory();
-  if (reach > m.options.reach)
-    for (PairState& pair : m.states) pair.apart_until = 0.0;
-  m.options.reach = reach;
+  memory().options.reach = reach;
 }
 
 /// That are worth it.
@@ -583,6 +564,35 @@ FindCounts PairBatch::contacts_of(const BodySource& bodies, std::span<const Bloc
     throw;
   }
   return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size())};
+}
+
+namespace {
+
+constexpr std::size_t kDistancesPerWorker = 256;  // fewer are not worth waking a thread for
+
+}  // namespace
+
+void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
+                             std::span<NearestFeatures> answers, const SearchOptions& options,
+                             Executor* executor) {
+  require_length(options.tolerance, "distance batch: tolerance");
+  check_pairs(pairs, static_cast<int>(bodies.size()));
+  if (answers.size() != pairs.size()) {
+    throw InputError("distance batch: " + std::to_string(answers.size()) + " answers for " +
+                     std::to_string(pairs.size()) + " pairs");
+  }
+  check_placements(pairs, bodies.data(), [](int body) { return body; });
+  const auto most =
+      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
+  const std::size_t workers = pairs.size() >= most * kDistancesPerWorker ? most : 1;
+  auto update = [&](int worker) {
+    const auto w = static_cast<std::size_t>(worker);
+    if (w >= workers) return;
+    for (std::size_t i = pairs.size() * w / workers; i < pairs.size() * (w + 1) / workers; ++i)
+      answers[i] = nearest_features(bodies[at(pairs[i].a)], bodies[at(pairs[i].b)], options,
+                                    answers[i].hint);
+  };
+  workers > 1 ? executor->run_each(update) : update(0);
 }
 
 }  // namespace quoin::geometry

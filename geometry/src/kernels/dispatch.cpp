@@ -2,10 +2,10 @@
 
 #include <array>
 
+#include <algorithm>
 #include "kernels/kernels.hpp"
-#include "search/box_sat.hpp"
 #include "search/corner_features.hpp"
-#include "search/epa.hpp"
+#include "search/nearest_feature_search.hpp"
 
 namespace quoin::geometry {
 namespace {
@@ -80,6 +80,18 @@ SearchResult box_sat(const Solid& p, const Solid& q, double rounding) {
 SearchResult expand_polytope(const Solid& p, const Solid& q, const SearchResult& start,
                              double rounding) {
   return widest->expand_polytope(p, q, start, rounding);
+}
+
+PairSupport support_pair(const Solid& p, const Solid& q, const Vector3& direction) {
+  return {support(p, direction), support(q, -direction)};
+}
+
+bool only_these_beyond(const Solid& polyhedron, const Vector3& direction, double value,
+                       std::span<const int> set) {
+  const Vec3 local = polyhedron.turned_back(direction);
+  return count_beyond(polyhedron, direction, value) == static_cast<int>(set.size()) &&
+         std::all_of(set.begin(), set.end(),
+                     [&](int v) { return dot(row_offset(polyhedron, v), local) >= value; });
 }
 
 }  // namespace quoin::geometry

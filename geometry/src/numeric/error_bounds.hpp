@@ -142,13 +142,6 @@ inline constexpr double kIdleGain = 1.0 / 256;
 /// product of their differences.
 inline constexpr double kTurnRounding = 2;
 
-// ---- finder ----
-
-/// How much the default tolerance of a body grows at most for each metre that a point of it moves.
-/// The bound of its stretch follows from sums of squares in A, and changes by less than 3 |dA|; the
-/// farthest point moves by |dA| times half the diameter: 6 of the tolerance's 1e-9, with room.
-inline constexpr double kTolerancePerMove = 1e-8;
-
 // ---- queries ----
 
 /// Of eps times the lengths summed: a vertex of an image, differences of two, a product.

@@ -25,4 +25,7 @@ inline bool rounds_to_nearest() {
   return one + little == 1.0 && -one - little == -1.0 && one - little == 1.0;
 }
 
+inline double greater(double x, double y) { return x > y ? x : y; }
+inline double lesser(double x, double y) { return x < y ? x : y; }
+
 }  // namespace quoin::geometry

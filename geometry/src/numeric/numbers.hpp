@@ -6,6 +6,7 @@
 #include <limits>
 #include <quoin/geometry/types.hpp>
 #include <string>
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 
@@ -24,6 +25,15 @@ inline void require_length(double value, const char* what) {
   if (value >= 0.0 && value <= std::numeric_limits<double>::max()) return;
   throw InputError(std::string(what) + " is " + text(value) +
                    " m, must be finite and not negative");
+}
+
+/// Throws InputError unless sums are rounded to nearest. Asked where a shape is made: once for all
+/// the questions about it.
+inline void check_rounding_mode() {
+  if (rounds_to_nearest()) return;
+  throw InputError(
+      "the rounding mode of floating point is changed, limit round-to-nearest: "
+      "std::fesetround(FE_TONEAREST)");
 }
 
 }  // namespace quoin::geometry

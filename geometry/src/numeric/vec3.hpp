@@ -4,7 +4,7 @@
 
 #include <quoin/geometry/types.hpp>
 
-#include "numeric/branchless.hpp"
+#include "numeric/floating_point.hpp"
 
 namespace quoin::geometry {
 

@@ -45,4 +45,7 @@ struct LocalPlane {
   double height(const Vec3& vertex) const { return dot(normal, vertex - base) + shift_height; }
 };
 
+/// Twice the area of the triangle (0, a, b), positive where b lies to the left of a.
+inline double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
 }  // namespace quoin::geometry

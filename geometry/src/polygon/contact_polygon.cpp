@@ -5,7 +5,7 @@
 
 #include "numeric/double_double.hpp"
 #include "numeric/error_bounds.hpp"
-#include "polygon/cross2.hpp"
+#include "polygon/contact_plane.hpp"
 #include "polygon/overlay.hpp"
 
 namespace quoin::geometry {

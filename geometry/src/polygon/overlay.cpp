@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "numeric/floating_point.hpp"
-#include "polygon/cross2.hpp"
+#include "polygon/contact_plane.hpp"
 
 namespace quoin::geometry {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 /// The 15 directions of box_sat, as a kernel. See kernels/kernels.hpp. Internal.
 
-#include "search/box_sat.hpp"
+#include "search/nearest_feature_search.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,4 +1,4 @@
-#include "search/describe.hpp"
+#include "search/quick_answers.hpp"
 
 #include <limits>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// The polytope of expand_polytope, as a kernel. See kernels/kernels.hpp. Internal.
 
-#include "search/epa.hpp"
+#include "search/nearest_feature_search.hpp"
 
 #include <array>
 #include <bit>
@@ -27,12 +27,6 @@ class Polytope {
     SearchResult result = start;
     result.outcome = SearchOutcome::Unclear;
     result.iterations = 0;
-    for (const Solid* solid : {&p_, &q_}) {  // asks for the vertices before they are needed
-      const Eigen::Index count =
-          std::min<Eigen::Index>(solid->shape().vertices().size(), kMostFetched);
-      for (Eigen::Index k = 0; k < count; k += 8)
-        __builtin_prefetch(solid->shape().vertices().data() + k);
-    }
     if (!begin(start)) return result;
     for (Index k = 0; k < 4; ++k) put(k, kSides[0][k], kSides[1][k], kSides[2][k]);
     store(four(kNone), least_);
@@ -357,7 +351,6 @@ class Polytope {
     return others == 0;
   }
 
-  static constexpr Eigen::Index kMostFetched = 3 * 64;  // coordinates
   static constexpr double kSlim = 0.25;  // sine; the normal is that of doubles that have cancelled
   static constexpr double kNoArea = 1e-14;   // sine
   static constexpr double kNone = 1e300;     // m

@@ -1,7 +1,7 @@
-#include "search/exact_answer.hpp"
+#include "search/quick_answers.hpp"
 
 #include "numeric/error_bounds.hpp"
-#include "search/exact_overlap.hpp"
+#include "search/exact_search.hpp"
 #include "search/proposals.hpp"
 
 namespace quoin::geometry {

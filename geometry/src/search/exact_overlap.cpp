@@ -1,4 +1,4 @@
-#include "search/exact_overlap.hpp"
+#include "search/exact_search.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -68,8 +68,6 @@ SearchResult search_rows(const Solid& p, const Solid& q, const Vector3& directio
   const Vector3 apart = q.origin() - p.origin();
   const auto corner_along = [&](const Vector3& d) {
     const PairSupport both = Scan::support_pair(rows_p, rows_q, d);
-    __builtin_prefetch(p.shape().vertices().data() + 3 * both.p.vertex);  // for the closed form
-    __builtin_prefetch(q.shape().vertices().data() + 3 * both.q.vertex);
     return new_corner(rows_p, rows_q, both, apart);
   };
   const NewCorner first = corner_along(direction);

@@ -4,8 +4,6 @@
 
 #include "certify/canonical_order.hpp"
 #include "numeric/numbers.hpp"
-#include "search/exact_answer.hpp"
-#include "search/prefetch.hpp"
 #include "search/proposals.hpp"
 #include "search/quick_answers.hpp"
 
@@ -77,12 +75,6 @@ bool general_answer(const CanonicalPair& pair, const Question& question, Quick& 
 [[gnu::always_inline]] inline void find(const Solid& a, const Solid& b,
                                         const SearchOptions& options, const FeatureHint& hint,
                                         LateInit<ContactPolygon>* faces, NearestFeatures& answer) {
-  fetch(a);
-  fetch(b);
-  if (faces != nullptr) {
-    fetch_faces(a);
-    fetch_faces(b);
-  }
   const Lengths length = lengths(a, b, options.tolerance);
   Trial trial = Trial::Undecided;
   const auto at_once = [&] {

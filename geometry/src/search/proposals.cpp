@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
-#include "numeric/branchless.hpp"
 #include "numeric/error_bounds.hpp"
+#include "numeric/floating_point.hpp"
 #include "search/touching_faces.hpp"
 
 namespace quoin::geometry {

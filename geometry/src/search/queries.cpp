@@ -5,68 +5,21 @@
 
 #include "numeric/error_bounds.hpp"
 #include "numeric/numbers.hpp"
-#include "search/ray.hpp"
-#include "shape/support.hpp"
+#include "search/still_apart.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-constexpr int kDirections = 6;  // tried to part two solids before the search is asked
-
-/// Place of a vertex relative to the body's translation, m.
-Vector3 arm(const Body& body, int v) { return body.placement().linear * body.shape().vertex(v); }
-
-/// The arm of the vertex farthest along a direction.
-Vector3 farthest_arm(const Body& body, const Vector3& direction) {
-  const Vector3 own = body.placement().linear.transpose() * direction;
-  const Points& vertices = body.shape().vertices();
-  Eigen::Index best = 0;
-  double most = -kInfinity;
-  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-    const double along = own.dot(vertices.col(v));
-    best = along > most ? v : best;
-    most = std::max(along, most);
-  }
-  return arm(body, static_cast<int>(best));
-}
 
 Vector3 middle_arm(const Body& body) {
   return body.placement().linear * body.shape().vertex_mean();
 }
 
-/// Bound of all arms of a body, m.
-double largest_arm(const Body& body) {
-  return body.placement().linear.norm() * std::sqrt(3.0) * body.shape().largest_coordinate();
-}
-
-/// The point nearest to the origin of the segment from v to w.
-Vector3 nearest_on_segment(const Vector3& v, const Vector3& w) {
-  const Vector3 side = w - v;
-  const double length = side.squaredNorm();
-  const double s = length > 0.0 ? -v.dot(side) / length : 0.0;
-  return v + std::min(1.0, std::max(0.0, s)) * side;
-}
-
-/// Does one of a few planes clearly keep the solids more than `gap` apart? The directions are those
-/// of Gilbert's iteration (the first of GJK): each new support point is drawn to the point nearest
-/// to the origin so far. A vertex of an image and the differences formed of two have less than 32
-/// roundings of the lengths in `size`, and so has their product with a unit vector.
+/// Does a plane clearly keep the solids more than `gap` apart: that of the hint, or across the line
+/// of the middles?
 bool clearly_beyond(const Body& a, const Body& b, double gap, const Vector3& hint) {
   const Vector3 between = b.placement().translation - a.placement().translation;
-  const double size = largest_arm(a) + largest_arm(b) + between.cwiseAbs().sum() + std::abs(gap);
-  const double limit = gap + kQueryRounding * kEpsilon * size;
-  Vector3 nearest = between + middle_arm(b) - middle_arm(a);
-  Vector3 direction = hint.squaredNorm() > 0.0 ? hint : nearest;
-  for (int k = 0; k < kDirections; ++k) {
-    const double length = direction.norm();
-    if (!(length > 0.0) || !std::isfinite(length)) return false;
-    direction /= length;
-    const Vector3 support = between + farthest_arm(b, -direction) - farthest_arm(a, direction);
-    if (support.dot(direction) > limit) return true;
-    nearest = nearest_on_segment(nearest, support);
-    direction = nearest;
-  }
-  return false;
+  const Vector3 line = hint.squaredNorm() > 0.0 ? hint : between + middle_arm(b) - middle_arm(a);
+  return apart_beyond(a, b, line.normalized(), gap) > 0.0;
 }
 
 /// The planes of a body's face labels in the world: a face's plane holds all x with

@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "numeric/error_bounds.hpp"
-#include "search/box_sat.hpp"
-#include "search/describe.hpp"
-#include "search/epa.hpp"
+#include "search/nearest_feature_search.hpp"
 #include "search/proposals.hpp"
 #include "search/touching_faces.hpp"
 

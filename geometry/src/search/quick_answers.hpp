@@ -52,4 +52,12 @@ bool fast_answer(const CanonicalPair& pair, const Quick& quick, Optimum& optimum
 /// which an edge lies, some corners alone carry another plane that is as good.
 void describe_best(const CanonicalPair& pair, Optimum& optimum, NearestFeatures& answer);
 
+/// In double-double. `known`: where the search in doubles has come to.
+void exact_answer(const CanonicalPair& pair, int max_iterations, const SearchResult& known,
+                  Optimum& optimum);
+
+/// Fills all of an answer but the number of iterations, in the names of P and Q.
+void describe(const Solid& p, const Solid& q, Optimum& optimum, const Lengths& length,
+              NearestFeatures& answer);
+
 }  // namespace quoin::geometry

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "numeric/error_bounds.hpp"
-#include "polygon/cross2.hpp"
+#include "polygon/contact_plane.hpp"
 #include "polygon/overlay.hpp"
 
 namespace quoin::geometry {

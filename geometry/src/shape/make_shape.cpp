@@ -11,7 +11,6 @@
 #include "shape/convex_hull.hpp"
 #include "shape/face_labels.hpp"
 #include "shape/polygon_area.hpp"
-#include "shape/rounding_mode.hpp"
 #include "shape/rows.hpp"
 
 namespace quoin::geometry {

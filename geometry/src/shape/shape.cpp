@@ -9,7 +9,6 @@
 #include "numeric/error_bounds.hpp"
 #include "numeric/numbers.hpp"
 #include "shape/polygon_area.hpp"
-#include "shape/rounding_mode.hpp"
 #include "shape/rows.hpp"
 
 namespace quoin::geometry {

@@ -4,7 +4,7 @@
 
 #include <optional>
 #include <quoin/geometry/contact_finder.hpp>
-#include <quoin/geometry/distance_batch.hpp>
+#include <quoin/geometry/pair_batch.hpp>
 #include <quoin/geometry/worker_pool.hpp>
 
 #include "arrays.hpp"

@@ -95,8 +95,7 @@ class ContactFinder {
   /// largest of those of its two bodies and of the one for all. So "a pair is watched up to what
   /// the faster of its two bodies can move" is said body by body, and a fast body makes nobody
   /// search pairs that it has no part in: another reach of a body counts as a move of that body.
-  /// What it grows by is not forgotten: after one of 1e15 times the gaps all its pairs are searched
-  /// in each find(). Throws InputError when it is negative or not finite.
+  /// Throws InputError when it is negative or not finite.
   void set_reach(int handle, double reach);
 
   bool contains(int handle) const;

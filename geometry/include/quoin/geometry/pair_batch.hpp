@@ -34,11 +34,6 @@ struct BodySource {
   int count = 0;
   std::span<const int> names{};           ///< in keys and results, ascending; empty: the index
   std::span<const BodyChange> changes{};  ///< one a body; empty: all have moved
-  /// One a body: no point of it has come farther in all its moves so far, m, each of them counted
-  /// to its full length. A body keeps its way wherever it stands in the row; it never falls. Pairs
-  /// that were far enough apart are not looked at until the ways have used that up. What a reach
-  /// grows by is added to its body's way. Empty: not known.
-  std::span<const double> ways{};
   /// One a body, m: the reach of a pair is the largest of those of its two bodies and of the one
   /// for all. Empty: bodies have none of their own.
   std::span<const double> reaches{};
@@ -106,5 +101,16 @@ class PairBatch {
   Memory& memory() const;
   std::unique_ptr<Memory> memory_;
 };
+
+/// What nearest_features(bodies[pair.a], bodies[pair.b], options, answer.hint) gives, to the bit,
+/// for each pair, in place of its answer of the last call (one as made: a cold search). Pairs may
+/// come in any order and more than once; `answers` are as many. `executor`: null: the caller's
+/// thread alone; the answers depend neither on the number of workers nor on the other pairs.
+/// Throws InputError, before any answer is touched, for a pair that does not name two bodies, for
+/// another number of answers and for a body named whose placement is none. What an executor throws
+/// leaves each answer the old one or the new one.
+void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
+                             std::span<NearestFeatures> answers, const SearchOptions& options = {},
+                             Executor* executor = nullptr);
 
 }  // namespace quoin::geometry

@@ -31,6 +31,9 @@ struct Ray {
   double length = std::numeric_limits<double>::infinity();  ///< in units of the direction
 };
 
+/// Throws InputError for a ray that is none, as first_hit() does.
+void require_ray(const Ray& ray);
+
 struct RayHit {
   double s = 0.0;                    ///< where the ray enters; 0: it starts in the solid
   Vector3 point = Vector3::Zero();   ///< m

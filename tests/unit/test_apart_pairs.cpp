@@ -1,6 +1,4 @@
-/// Pairs far apart are not looked at until their bodies have come far enough to meet.
-
-#include "geometry/src/finder/largest_move.hpp"
+/// Pairs that last step's plane parts are found when their bodies meet.
 
 #include <quoin/geometry.hpp>
 
@@ -71,29 +69,7 @@ void check_same(const std::vector<ContactPoint>& found, const std::vector<Contac
 
 }  // namespace
 
-TEST_CASE("largest move: no vertex comes farther, and some come nearly as far") {
-  Random random(31);
-  for (int i = 0; i < 2000; ++i) {
-    const Vector3 corner = random.point(-3, 3);
-    const Shape shape = make_box(corner, corner + Vector3(0.1, 0.1, 0.1) + random.point(0, 1));
-    const double amount = random.log_uniform(1e-12, 1.0);
-    const auto placement = [&] {
-      Matrix3 stretch = Matrix3::Identity();
-      stretch.diagonal() += amount * random.point(0, 1);
-      return Placement{rotation_about(random.direction(), amount) * stretch,
-                       amount * random.point(-1, 1)};
-    };
-    const Placement from = placement(), to = placement();
-    const double bound = largest_move(shape, from, to);
-    const double moved =
-        (Body(shape, to).vertices() - Body(shape, from).vertices()).colwise().norm().maxCoeff();
-    const double rounding = 64 * 2.2e-16 * 10;
-    CHECK(moved <= bound + rounding);
-    CHECK(bound <= 3 * moved + rounding);
-  }
-}
-
-TEST_CASE("largest move: bars that come nearer are found when they come into reach") {
+TEST_CASE("pairs apart: bars that come nearer are found when they come into reach") {
   constexpr int kSteps = 150;
   for (int kind = 0; kind < 4; ++kind) {
     CAPTURE(kind);
@@ -121,7 +97,7 @@ TEST_CASE("largest move: bars that come nearer are found when they come into rea
   }
 }
 
-TEST_CASE("largest move: a longer reach finds what was out of reach of a shorter one") {
+TEST_CASE("pairs apart: a longer reach finds what was out of reach of a shorter one") {
   ContactFinder finder({.reach = kReach});
   const auto bar = std::make_shared<const Shape>(kBar);
   finder.add(bar, {kHeading, Vector3::Zero()});
@@ -134,7 +110,7 @@ TEST_CASE("largest move: a longer reach finds what was out of reach of a shorter
   CHECK_FALSE(contacts.empty());
 }
 
-TEST_CASE("largest move: a crowd is answered as its pairs are alone, on any number of threads") {
+TEST_CASE("pairs apart: a crowd is answered as its pairs are alone, on any number of threads") {
   Random random(32);
   const auto cube = std::make_shared<const Shape>(make_box({0, 0, 0}, {0.5, 0.5, 0.25}));
   Points corners(3, 12);
