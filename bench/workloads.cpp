@@ -387,9 +387,9 @@ std::vector<std::string> distance_workload_names() {
 }
 
 std::vector<std::string> manifold_workload_names() {
-  return {"W4/box-overlap",   "W4/box-gap",       "W4/prism-overlap", "W4/prism-gap",
-          "W4/box-tilt-1e-9", "W4/box-tilt-1e-6", "W4/box-tilt-1e-3", "W4/box-tilt-1e-2",
-          "W4/box-rock-1e-3"};
+  return {"W4/box-overlap",   "W4/box-gap",       "W4/prism-overlap",
+          "W4/prism-gap",     "W4/box-tilt-1e-9", "W4/box-tilt-1e-6",
+          "W4/box-tilt-1e-3", "W4/box-tilt-1e-2", "W4/box-rock-1e-3"};
 }
 
 Workload make_workload(const std::string& name, const WorkloadScale& scale) {

@@ -58,17 +58,6 @@ int common_face(const Topology& topology, std::span<const int> vertices) {
   return -1;
 }
 
-int facing_face(const Solid& polyhedron, int vertex, const Vector3& direction) {
-  int best = -1;
-  double greatest = -std::numeric_limits<double>::infinity();
-  for (const int f : polyhedron.topology().vertex_faces(vertex)) {
-    const double facing = polyhedron.face_normal(f).dot(direction);
-    best = facing > greatest ? f : best;
-    greatest = std::max(greatest, facing);
-  }
-  return best;
-}
-
 FeatureNormal feature_normal(const Solid& p, const Solid& q, const ContactSets& sets,
                              const Vector3& guess, double rounding) {
   FeatureNormal form;

@@ -25,10 +25,6 @@ int covered_face(const Solid& polyhedron, const VertexSet& set, const Vector3& o
 /// A face label that has all of the vertices (at least three), or -1.
 int common_face(const Topology& topology, std::span<const int> vertices);
 
-/// Of the faces around a vertex the one whose normal has the greatest product with `direction`; -1:
-/// none.
-int facing_face(const Solid& polyhedron, int vertex, const Vector3& direction);
-
 /// What the closed form of a pair of sets came to.
 struct FeatureNormal {
   bool found = false;

@@ -580,7 +580,8 @@ void share_area(const ContactPolygon& part, double band, PairPoints& pair) {
 }
 
 int most_facing_face(const Solid& polyhedron, const VertexSet& vertices, const Vector3& outward) {
-  return std::max(0, facing_face(polyhedron, vertices[0], outward));
+  return std::max(
+      0, facing_face(polyhedron, polyhedron.topology().vertex_faces(vertices[0]), outward));
 }
 
 /// The pair as it is worked: P and Q, and the answer's normal in that order.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "finder/placed_box.hpp"
 
@@ -40,18 +41,26 @@ void BodyStore::make_room() {
   }
   make_room_in(placements_);
   make_room_in(shapes_);
-  make_room_in(options_);
+  if (!options_.empty()) make_room_in(options_);
   make_room_in(changes_);
   const std::size_t most = most_to_place();
   if (to_place_.capacity() <= most) to_place_.reserve(most + most / 4);
   if (!reaches_.empty()) make_room_in(reaches_);
 }
 
-/// What is known of all bodies; of those that are gone it stays: only speed hangs on it.
-void BodyStore::survey(const Shape& shape, const BodyOptions& options) {
-  common_category_ &= options.category;
-  common_collides_with_ &= options.collides_with;
-  largest_tolerance_ = std::max(largest_tolerance_, default_tolerance(shape, shape));
+/// One more body has a shape. Of what is known of all, that of bodies that are gone stays: only
+/// speed hangs on it.
+const Shape* BodyStore::take(std::shared_ptr<const Shape> shape) {
+  Owned& owned = owned_[shape.get()];
+  ++owned.users;
+  owned.shape = std::move(shape);
+  largest_tolerance_ = std::max(largest_tolerance_, default_tolerance(*owned.shape, *owned.shape));
+  return owned.shape.get();
+}
+
+void BodyStore::drop(const Shape* shape) {
+  const auto owned = owned_.find(shape);
+  if (--owned->second.users == 0) owned_.erase(owned);
 }
 
 int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placement,
@@ -61,15 +70,16 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
     throw InputError("finder: no handle is left after 2147483647 bodies");
   require_shape(shape, handle);
   require_placement(placement, handle);
+  if (options_.empty() && options != BodyOptions{}) options_.resize(at(slots()));
   make_room();
-  survey(*shape, options);
+  const Shape* const own = take(std::move(shape));
   if (was_packed()) {
     slot_of_.push_back(slots());
     handles_.push_back(handle);
   }
   placements_.push_back(placement);
-  shapes_.push_back(std::move(shape));
-  options_.push_back(options);
+  shapes_.push_back(own);
+  if (!options_.empty()) options_.push_back(options);
   changes_.push_back(BodyChange::None);
   if (!reaches_.empty()) reaches_.push_back(0.0);
   ++present_;
@@ -97,7 +107,7 @@ void BodyStore::boxes_are_placed() {
 
 void BodyStore::remove(int handle) {
   const int place = slot(handle);
-  shapes_[at(place)].reset();
+  drop(std::exchange(shapes_[at(place)], nullptr));
   if (was_packed()) slot_of_[at(handle)] = -1;
   changes_[at(place)] = BodyChange::Moved;  // whatever its shape was
   note_change(place, BodyChange::Moved);
@@ -118,14 +128,13 @@ void BodyStore::replace_shape(int handle, std::shared_ptr<const Shape> shape) {
   // Features keep their names: it has moved, freely.
   const bool moved = changes_[at(place)] != BodyChange::Shape &&
                      this->shape(place).shared_topology() == shape->shared_topology();
-  survey(*shape, options_[at(place)]);
-  shapes_[at(place)] = std::move(shape);
+  drop(std::exchange(shapes_[at(place)], take(std::move(shape))));
   note_change(place, moved ? BodyChange::Moved : BodyChange::Shape);
 }
 
 void BodyStore::set_options(int handle, const BodyOptions& options) {
   const int place = slot(handle);
-  survey(shape(place), options);
+  if (options_.empty()) options_.resize(at(slots()));
   options_[at(place)] = options;
   note_change(place, BodyChange::Moved);
 }
@@ -154,7 +163,7 @@ bool BodyStore::pack() {
     placements_[at(next)] = placements_[at(from)];
     handles_[at(next)] = handles_[at(from)];
     shapes_[at(next)] = shapes_[at(from)];
-    options_[at(next)] = options_[at(from)];
+    if (!options_.empty()) options_[at(next)] = options_[at(from)];
     changes_[at(next)] = changes_[at(from)];
     if (!reaches_.empty()) reaches_[at(next)] = reaches_[at(from)];
     slot_of_[at(handles_[at(next)])] = next;
@@ -163,7 +172,7 @@ bool BodyStore::pack() {
   placements_.resize(at(next));
   handles_.resize(at(next));
   shapes_.resize(at(next));
-  options_.resize(at(next));
+  if (!options_.empty()) options_.resize(at(next));
   changes_.resize(at(next));
   if (!reaches_.empty()) reaches_.resize(at(next));
   return true;

@@ -1,6 +1,7 @@
 #pragma once
 /// The bodies of a finder, in rows.
 
+#include <map>
 #include <quoin/geometry/contact_finder.hpp>
 
 #include "numeric/numbers.hpp"
@@ -24,13 +25,13 @@ class BodyStore {
   int size() const { return present_; }
   int slots() const { return static_cast<int>(placements_.size()); }
   bool is_hole(int slot) const { return shapes_[at(slot)] == nullptr; }
-  BodyMotion motion(int slot) const { return options_[at(slot)].motion; }
-  std::uint32_t category(int slot) const { return options_[at(slot)].category; }
+  BodyMotion motion(int slot) const { return options(slot).motion; }
+  std::uint32_t category(int slot) const { return options(slot).category; }
   const Shape& shape(int slot) const { return *shapes_[at(slot)]; }
   const Placement& placement(int slot) const { return placements_[at(slot)]; }
   /// Whether the masks of two bodies let them touch.
   bool may_touch(int slot_a, int slot_b) const {
-    const BodyOptions &a = options_[at(slot_a)], &b = options_[at(slot_b)];
+    const BodyOptions a = options(slot_a), b = options(slot_b);
     return (a.category & b.collides_with) != 0 && (b.category & a.collides_with) != 0;
   }
   int handle(int slot) const { return was_packed() ? handles_[at(slot)] : slot; }
@@ -41,7 +42,7 @@ class BodyStore {
   std::span<const double> reaches() const { return reaches_; }  ///< one a slot, m; empty: all 0
   double reach(int slot) const { return reaches_.empty() ? 0.0 : reaches_[at(slot)]; }
   /// Whether the masks of no two bodies can keep them apart.
-  bool all_may_touch() const { return (common_category_ & common_collides_with_) != 0; }
+  bool all_may_touch() const { return options_.empty(); }
   /// default_tolerance of any two bodies is no larger, m
   double largest_tolerance() const { return largest_tolerance_; }
 
@@ -61,20 +62,29 @@ class BodyStore {
     if (was_packed()) return slot_of_[at(handle)];
     return is_hole(handle) ? -1 : handle;
   }
-  void survey(const Shape& shape, const BodyOptions& options);
+  /// A shape and how many bodies have it.
+  struct Owned {
+    std::shared_ptr<const Shape> shape{};
+    int users = 0;
+  };
+  BodyOptions options(int slot) const {
+    return options_.empty() ? BodyOptions{} : options_[at(slot)];
+  }
+  const Shape* take(std::shared_ptr<const Shape> shape);
+  void drop(const Shape* shape);
   void make_room();
   std::size_t most_to_place() const { return placements_.size() / 8 + 16; }
   void note_change(int slot, BodyChange change);
 
-  std::uint32_t common_category_ = ~0u, common_collides_with_ = ~0u;  // bits that all bodies had
-  double largest_tolerance_ = 0.0;                                    // m
+  std::map<const Shape*, Owned> owned_;
+  double largest_tolerance_ = 0.0;  // m
   std::vector<int>
       slot_of_;  // of each handle ever given, -1: removed; empty until slots are packed
   std::vector<int> handles_;  // one a slot, empty until then
   // One a slot:
   std::vector<Placement> placements_;
-  std::vector<std::shared_ptr<const Shape>> shapes_;  // null: a hole
-  std::vector<BodyOptions> options_;
+  std::vector<const Shape*> shapes_;  // null: a hole
+  std::vector<BodyOptions> options_;  // empty: all as by default
   std::vector<BodyChange> changes_;
   std::vector<double> reaches_;  // empty until one is set
   std::vector<int> to_place_;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <optional>
 #include <quoin/geometry/pair_batch.hpp>
@@ -90,12 +89,6 @@ void describe(const NearestFeatures& answer, std::span<const ContactPoint> point
 }
 
 BlockPair names_of(const PairResult& result) { return {result.a, result.b}; }
-
-bool same_pairs(std::span<const BlockPair> x, std::span<const BlockPair> y) {
-  static_assert(sizeof(BlockPair) == 2 * sizeof(int));
-  return x.size() == y.size() &&
-         (x.empty() || std::memcmp(x.data(), y.data(), x.size_bytes()) == 0);
-}
 
 void check_sizes(const BodySource& bodies) {
   if (bodies.count > 0 && bodies.body == nullptr) {
@@ -254,7 +247,7 @@ void PairBatch::Memory::check_row() const {
 /// Each pair of the last call keeps what it knows; a new one starts cold.
 void PairBatch::Memory::carry() {
   const std::span<const BlockPair> now = named_now();
-  if (same_pairs(now, named)) return;
+  if (std::ranges::equal(now, named)) return;
   next_states.resize(now.size());
   next_hints.resize(now.size());
   std::size_t old = 0;

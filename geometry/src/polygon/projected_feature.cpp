@@ -8,20 +8,6 @@
 namespace quoin::geometry {
 namespace {
 
-/// The face around a vertex or an edge that faces most along `outward`.
-int most_facing(const Solid& polyhedron, std::span<const int> faces, const Vector3& outward) {
-  int best = faces.empty() ? 0 : faces[0];
-  double greatest = -2.0;
-  for (const int f : faces) {
-    const double facing = polyhedron.face_normal(f).dot(outward);
-    if (facing > greatest) {
-      greatest = facing;
-      best = f;
-    }
-  }
-  return best;
-}
-
 void add_corner(const Solid& polyhedron, int v, int edge, const LocalPlane& local,
                 ProjectedFeature& patch) {
   const Vec3 x = polyhedron.shape().vertex(v);
@@ -48,6 +34,17 @@ ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
   axis_v = normal.cross(axis_u);
 }
 
+int facing_face(const Solid& polyhedron, std::span<const int> faces, const Vector3& direction) {
+  int best = -1;
+  double greatest = -kInfinity;
+  for (const int f : faces) {
+    const double facing = polyhedron.face_normal(f).dot(direction);
+    best = facing > greatest ? f : best;
+    greatest = std::max(greatest, facing);
+  }
+  return best;
+}
+
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch) {
   const Topology& topology = polyhedron.topology();
@@ -56,10 +53,10 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
   patch.label = feature;
   const Vector3 facing = outward * plane.normal;
   if (feature.kind == FeatureKind::Vertex) {
-    patch.face = most_facing(polyhedron, topology.vertex_faces(feature.index), facing);
+    patch.face = facing_face(polyhedron, topology.vertex_faces(feature.index), facing);
     add_corner(polyhedron, feature.index, -1, local, patch);
   } else if (feature.kind == FeatureKind::Edge) {
-    patch.face = most_facing(polyhedron, topology.edge_faces(feature.index), facing);
+    patch.face = facing_face(polyhedron, topology.edge_faces(feature.index), facing);
     for (const int v : topology.edge(feature.index))
       add_corner(polyhedron, v, feature.index, local, patch);
   } else {
@@ -142,7 +139,7 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
   const std::array<int, 2> ends = segment_ends(polyhedron, vertices);
   const int edge = polyhedron.topology().find_edge(ends[0], ends[1]);
   patch.face =
-      most_facing(polyhedron, polyhedron.topology().vertex_faces(ends[0]), outward * plane.normal);
+      facing_face(polyhedron, polyhedron.topology().vertex_faces(ends[0]), outward * plane.normal);
   const LocalPlane local(polyhedron, plane);
   for (const int v : ends) add_corner(polyhedron, v, edge, local, patch);
   set_slope(polyhedron, plane, patch);

@@ -30,6 +30,9 @@ struct ProjectedFeature {
   }
 };
 
+/// Of some faces the one whose normal has the greatest product with `direction`; -1: none.
+int facing_face(const Solid& polyhedron, std::span<const int> faces, const Vector3& direction);
+
 /// Lays a feature of a polyhedron into the plane. `outward` is +1 for P, -1 for Q: the side that
 /// faces the other.
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,

@@ -95,8 +95,8 @@ bool is_level(const Solid& solid, int face, const Vector3& outward, double flat)
 
 bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Candidate& near,
                  Optimum& optimum) {
-  const int face_p = facing_face(p, near.support_p.vertex, near.normal);
-  const int face_q = facing_face(q, near.support_q.vertex, -near.normal);
+  const int face_p = facing_face(p, p.topology().vertex_faces(near.support_p.vertex), near.normal);
+  const int face_q = facing_face(q, q.topology().vertex_faces(near.support_q.vertex), -near.normal);
   if (face_p < 0 || face_q < 0) return false;
   const Vector3 normal_p = p.face_normal(face_p), normal_q = q.face_normal(face_q);
   if (!(normal_p.dot(normal_q) <= kTouchingOpposite)) return false;

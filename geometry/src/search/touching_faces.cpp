@@ -51,8 +51,8 @@ void measure(FacingFaces& faces) {
 bool find(const Solid& solid_p, const Solid& solid_q, const Vector3& across, double rounding,
           FacingFaces& faces) {
   const PairSupport near = support_pair(solid_p, solid_q, across);
-  faces.p = facing_face(solid_p, near.p.vertex, across);
-  faces.q = facing_face(solid_q, near.q.vertex, -across);
+  faces.p = facing_face(solid_p, solid_p.topology().vertex_faces(near.p.vertex), across);
+  faces.q = facing_face(solid_q, solid_q.topology().vertex_faces(near.q.vertex), -across);
   if (faces.p < 0 || faces.q < 0) return false;
   faces.normal = solid_p.face_normal(faces.p);
   if (!(faces.normal.dot(solid_q.face_normal(faces.q)) <= kTouchingOpposite)) return false;

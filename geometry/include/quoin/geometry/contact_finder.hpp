@@ -31,6 +31,7 @@ struct BodyOptions {
   std::uint32_t category = 1;
   std::uint32_t collides_with = ~std::uint32_t{0};
   BodyMotion motion = BodyMotion::Moving;
+  bool operator==(const BodyOptions&) const = default;
 };
 
 /// A part of a compound and where it stands in the compound's frame.
