@@ -41,7 +41,6 @@ void BodyStore::make_room() {
   }
   make_room_in(placements_);
   make_room_in(shapes_);
-  if (!options_.empty()) make_room_in(options_);
   make_room_in(changes_);
   const std::size_t most = most_to_place();
   if (to_place_.capacity() <= most) to_place_.reserve(most + most / 4);
@@ -70,7 +69,9 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
     throw InputError("finder: no handle is left after 2147483647 bodies");
   require_shape(shape, handle);
   require_placement(placement, handle);
-  if (options_.empty() && options != BodyOptions{}) options_.resize(at(slots()));
+  const bool own_options = !options_.empty() || options != BodyOptions{};
+  if (own_options) options_.resize(at(slots()));
+  if (own_options) make_room_in(options_);
   make_room();
   const Shape* const own = take(std::move(shape));
   if (was_packed()) {
@@ -79,7 +80,7 @@ int BodyStore::add(std::shared_ptr<const Shape> shape, const Placement& placemen
   }
   placements_.push_back(placement);
   shapes_.push_back(own);
-  if (!options_.empty()) options_.push_back(options);
+  if (own_options) options_.push_back(options);
   changes_.push_back(BodyChange::None);
   if (!reaches_.empty()) reaches_.push_back(0.0);
   ++present_;
