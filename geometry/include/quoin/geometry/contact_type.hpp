@@ -20,8 +20,8 @@ enum class ContactType : std::uint8_t {
 std::string_view name(ContactType type);  ///< "vertex-vertex" … "face-face"
 std::string_view name(FeatureKind kind);  ///< "vertex", "edge", "face"
 
-/// The vertices of a body within tol of its support plane, ascending, and what they span: a point, a
-/// segment or a polygon.
+/// The vertices of a body within tol of its support plane, ascending, and what they span: a point,
+/// a segment or a polygon.
 struct SupportSet {
   std::vector<int> vertices;
   FeatureKind kind = FeatureKind::Vertex;
