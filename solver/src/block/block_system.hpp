@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,13 @@ struct Slots {
   bool rigid() const { return unknowns() == 6 * count(); }  ///< no block deforms
   int width() const { return rigid() ? 6 : 12; }
 };
+
+/// Calls work(n), n the unknowns of each block, at most, as a constant: 6 or 12.
+template <class Work>
+decltype(auto) at_width(const Slots& slots, const Work& work) {
+  if (slots.rigid()) return work(std::integral_constant<int, 6>());
+  return work(std::integral_constant<int, 12>());
+}
 
 Slots make_slots(const std::vector<int>& unknowns_of_block,
                  const std::vector<double>& size_of_block);

@@ -158,16 +158,14 @@ Vector3 ConeProblem::motion(std::size_t contact, const Vector3& y) const {
 }
 
 void ConeProblem::respond(std::span<const Vector3> x, std::span<Vector3> motion) {
-  slots_->rigid() ? respond_in<6>(x, motion) : respond_in<12>(x, motion);
-}
-
-template <int n>
-void ConeProblem::respond_in(std::span<const Vector3> x, std::span<Vector3> motion) {
-  increment_ = free_;
-  push_in<n>(mobility_, x, increment_);
-  threads_.each(x.size(), [&](std::size_t i) {
-    motion[i] = cones_[i].offset;
-    add_motion<n>(i, motion[i]);
+  at_width(*slots_, [&](auto width) {
+    constexpr int n = width;
+    increment_ = free_;
+    push_in<n>(mobility_, x, increment_);
+    threads_.each(x.size(), [&](std::size_t i) {
+      motion[i] = cones_[i].offset;
+      add_motion<n>(i, motion[i]);
+    });
   });
 }
 
@@ -250,36 +248,32 @@ bool ConeProblem::factorize(std::span<const Matrix3> tangents, Tangents kind) {
   system_.mirrored.resize(system_.symmetric ? 0 : pairs, base_->diagonal.width());
   system_.off_diagonal.set_zero();
   system_.mirrored.set_zero();
-  slots_->rigid() ? assemble_in<6>(tangents) : assemble_in<12>(tangents);
+  // Every range of slots goes through all contacts, so that a block sums them in their order.
+  at_width(*slots_, [&](auto width) {
+    constexpr int n = width;
+    threads_.ranges(free_.size(), [&](std::size_t first, std::size_t end) {
+      PairStiffness<n> stiffness(system_, first, end);
+      for (std::size_t i = 0; i < tangents.size(); ++i) {
+        if (tangents[i].isZero(0.0) || !stiffness.next(contacts_[i])) continue;
+        stiffness.add(rows_of<n>(rows_, i), tangents[i]);
+      }
+      stiffness.flush();
+    });
+  });
   return solver_.factorize(system_);
 }
 
-/// Every range of slots goes through all contacts, so that a block sums them in their order.
-template <int n>
-void ConeProblem::assemble_in(std::span<const Matrix3> tangents) {
-  threads_.ranges(free_.size(), [&](std::size_t first, std::size_t end) {
-    PairStiffness<n> stiffness(system_, first, end);
-    for (std::size_t i = 0; i < tangents.size(); ++i) {
-      if (tangents[i].isZero(0.0) || !stiffness.next(contacts_[i])) continue;
-      stiffness.add(rows_of<n>(rows_, i), tangents[i]);
-    }
-    stiffness.flush();
-  });
-}
-
 void ConeProblem::solve(std::span<const Vector3> right, std::span<Vector3> motion) {
-  slots_->rigid() ? solve_in<6>(right, motion) : solve_in<12>(right, motion);
-}
-
-template <int n>
-void ConeProblem::solve_in(std::span<const Vector3> right, std::span<Vector3> motion) {
-  right_.assign(free_.size(), Vector12::Zero());
-  push_in<n>(rows_, right, right_);
-  increment_.resize(right_.size());
-  solver_.solve(right_, increment_);
-  threads_.each(motion.size(), [&](std::size_t i) {
-    motion[i].setZero();
-    add_motion<n>(i, motion[i]);
+  at_width(*slots_, [&](auto width) {
+    constexpr int n = width;
+    right_.assign(free_.size(), Vector12::Zero());
+    push_in<n>(rows_, right, right_);
+    increment_.resize(right_.size());
+    solver_.solve(right_, increment_);
+    threads_.each(motion.size(), [&](std::size_t i) {
+      motion[i].setZero();
+      add_motion<n>(i, motion[i]);
+    });
   });
 }
 

@@ -86,17 +86,11 @@ class ConeProblem {
   template <int n>
   void set_contact(std::size_t i);
   template <int n>
-  void respond_in(std::span<const Vector3> x, std::span<Vector3> motion);
-  template <int n>
   void push_in(const std::vector<double>& rows, std::span<const Vector3> x, BlockVector& sum) const;
   template <int n>
   void add_motion(std::size_t contact, Vector3& motion) const;
   template <int n>
   void sweep_in(std::size_t contact, std::span<Vector3> x);
-  template <int n>
-  void assemble_in(std::span<const Matrix3> tangents);
-  template <int n>
-  void solve_in(std::span<const Vector3> right, std::span<Vector3> motion);
 
   const Slots* slots_;
   Threads threads_;

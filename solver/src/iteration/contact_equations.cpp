@@ -40,64 +40,54 @@ ContactEquations::ContactEquations(const Slots& slots) : slots_(&slots) {}
 
 void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
                              const BlockVector& guess, double gap_rounding) {
-  slots_->rigid() ? shift_in<6>(blocks, contacts, guess, gap_rounding)
-                  : shift_in<12>(blocks, contacts, guess, gap_rounding);
-}
-
-/// `n`: the unknowns of each block, at most.
-template <int n>
-void ContactEquations::shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                                const BlockVector& guess, double gap_rounding) {
-  right_.resize(guess.size());
-  block_floor_.resize(guess.size());
-  all_noise_.assign(guess.size(), 0.0);
-  noise_.clear();
-  for (std::size_t s = 0; s < guess.size(); ++s) {
-    Vector12 inner = Vector12::Zero();
-    inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
-    right_[s] = blocks.force[s] - inner;
-    const double length = slots_->length[s];
-    block_floor_[s] =
-        kTermRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
-  }
-  for (LinearContact& c : contacts) {
-    c.guess = c.offset;
-    double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
-    const auto move = [&](int slot, const ContactJacobian& jacobian) {
-      if (slot < 0) return;
-      const Eigen::Matrix<double, 3, n> part = jacobian.columns<n>();
-      const auto motion = guess[index(slot)].head<n>();
-      c.guess.noalias() += part * motion;
-      size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
-    };
-    move(c.slot_a, c.jacobian_a);
-    move(c.slot_b, c.jacobian_b);
-    if (size == 0.0) round_to_zero(c.guess, gap_rounding);
-    noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
-    if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
-    if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
-  }
+  at_width(*slots_, [&](auto width) {
+    constexpr int n = width;
+    right_.resize(guess.size());
+    block_floor_.resize(guess.size());
+    all_noise_.assign(guess.size(), 0.0);
+    noise_.clear();
+    for (std::size_t s = 0; s < guess.size(); ++s) {
+      Vector12 inner = Vector12::Zero();
+      inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
+      right_[s] = blocks.force[s] - inner;
+      const double length = slots_->length[s];
+      block_floor_[s] =
+          kTermRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+    }
+    for (LinearContact& c : contacts) {
+      c.guess = c.offset;
+      double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
+      const auto move = [&](int slot, const ContactJacobian& jacobian) {
+        if (slot < 0) return;
+        const Eigen::Matrix<double, 3, n> part = jacobian.columns<n>();
+        const auto motion = guess[index(slot)].head<n>();
+        c.guess.noalias() += part * motion;
+        size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
+      };
+      move(c.slot_a, c.jacobian_a);
+      move(c.slot_b, c.jacobian_b);
+      if (size == 0.0) round_to_zero(c.guess, gap_rounding);
+      noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
+      if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
+      if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
+    }
+  });
 }
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                                 const BlockVector& change, Law law, double softness) {
-  slots_->rigid() ? evaluate_in<6>(base, contacts, change, law, softness)
-                  : evaluate_in<12>(base, contacts, change, law, softness);
-}
-
-/// `n`: the unknowns of each block, at most.
-template <int n>
-void ContactEquations::evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
-                                   const BlockVector& change, Law law, double softness) {
-  residual_.resize(change.size());
-  scale_.resize(change.size());
-  floor_.assign(change.size(), 0.0);
-  threads_.each(contacts.size(),
-                [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
-  threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
-    evaluate_blocks<n>(base, change, first, end);
-    push_blocks<n>(contacts, first, end);
-    for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
+  at_width(*slots_, [&](auto width) {
+    constexpr int n = width;
+    residual_.resize(change.size());
+    scale_.resize(change.size());
+    floor_.assign(change.size(), 0.0);
+    threads_.each(contacts.size(),
+                  [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
+    threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
+      evaluate_blocks<n>(base, change, first, end);
+      push_blocks<n>(contacts, first, end);
+      for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
+    });
   });
 }
 

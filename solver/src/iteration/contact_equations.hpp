@@ -57,12 +57,6 @@ class ContactEquations {
   /// Of a block's residual what is above `floor`, N.
   double unbalanced(std::size_t slot, double floor) const;
   template <int n>
-  void shift_in(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                const BlockVector& guess, double gap_rounding);
-  template <int n>
-  void evaluate_in(const BlockSystem& base, std::span<LinearContact> contacts,
-                   const BlockVector& change, Law law, double softness);
-  template <int n>
   void evaluate_contact(const BlockVector& change, Law law, double softness,
                         LinearContact& c) const;
   template <int n>
