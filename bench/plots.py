@@ -15,7 +15,7 @@ QUOIN = "#0072B2"
 
 # --- geometry
 
-COLOURS = {"quoin": "#c1272d", "FCL libccd": "#1f77b4", "FCL indep": "#7fb2dd", "FCL Box": "#08519c",
+COLOURS = {"quoin": "#c1272d", "FCL libccd": "#1f77b4", "FCL indep": "#7fb2dd",
            "FCL tree": "#1f77b4", "libccd": "#6a51a3", "Bullet": "#2ca02c", "ODE": "#ff7f0e",
            "find": "#c1272d"}
 

@@ -148,6 +148,13 @@ slope["gravity"] = [-G * math.sin(math.radians(25)), 0, -G * math.cos(math.radia
 check("strength of a slope", slope, "strength=0.5:5", math.tan(math.radians(40)) / math.tan(math.radians(25)))
 check("friction of a slope", slope, "friction=5:60", 25)
 check("by pointer", slope, "/joint/friction_angle_deg=5:60", 25)
+# A dam with full water and uplift slides where friction bears the push.
+dam = json.loads((root / "tools/scenes/cases/dam_on_joint.json").read_text())
+del dam["cases"]
+_, report = run(dam, "friction=0:60")
+for side in ("stands", "falls"):
+    if not report or abs(report[side]["value"] / math.degrees(math.atan(490500 / 590562)) - 1) > 2e-4:
+        failures.append(f"dam: {report}")
 # Posed as hulls: about the edge of the base (0.5 + 2 * 1.5 + 2 * 2.5) lambda = (1 + 2 + 2) * 0.5, masses 1 : 2 : 2.
 posed = scene(40, [GROUND] + [{"kind": "rigid", "material": "light" if i == 0 else "stone", "shape": {
     "type": "hull", "points": [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]}, "pose": {
