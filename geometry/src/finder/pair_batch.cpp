@@ -12,7 +12,15 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr std::size_t kPairsPerWorker = 64;  // fewer are not worth waking a thread for
+// Fewer are not worth waking a thread for.
+constexpr std::size_t kPairsPerWorker = 64, kDistancesPerWorker = 256;
+
+/// All workers, or one where each would have fewer than `least` of the items.
+std::size_t workers_for(const Executor* executor, std::size_t items, std::size_t least) {
+  const auto workers =
+      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
+  return items >= workers * least ? workers : 1;
+}
 
 /// What a pair keeps from call to call, besides its hint.
 struct PairState {
@@ -175,7 +183,6 @@ struct PairBatch::Memory {
   void follow(std::size_t i, std::span<ContactPoint> points, WorkerPart& part);
   void match(std::size_t i, const Body& a, std::span<const TrackedPoint> was,
              std::span<ContactPoint> points, WorkerPart& part);
-  std::size_t workers_for(const Executor* executor) const;
   template <class Search>
   void search_all(std::vector<ContactPoint>& contacts, Executor* executor, const Search& search);
   void list_results();
@@ -411,7 +418,7 @@ void PairBatch::Memory::ask(std::size_t first, std::size_t last, WorkerPart& par
 template <class Search>
 void PairBatch::Memory::search_all(std::vector<ContactPoint>& contacts, Executor* executor,
                                    const Search& search) {
-  const std::size_t workers = workers_for(executor);
+  const std::size_t workers = workers_for(executor, pairs.size(), kPairsPerWorker);
   parts.resize(std::max(parts.size(), workers));
   for (WorkerPart& part : parts) part.begin(bodies);
   const auto part_of = [&](int worker) -> WorkerPart& {
@@ -493,13 +500,6 @@ void PairBatch::set_reach(double reach) {
   memory().options.reach = reach;
 }
 
-/// That are worth it.
-std::size_t PairBatch::Memory::workers_for(const Executor* executor) const {
-  const auto workers =
-      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
-  return pairs.size() >= workers * kPairsPerWorker ? workers : 1;
-}
-
 void PairBatch::Memory::find(std::vector<ContactPoint>& contacts, Executor* executor) {
   carry();
   forget_changed();
@@ -559,12 +559,6 @@ FindCounts PairBatch::contacts_of(const BodySource& bodies, std::span<const Bloc
   return {static_cast<int>(m.pairs.size()), static_cast<int>(m.pairs.size())};
 }
 
-namespace {
-
-constexpr std::size_t kDistancesPerWorker = 256;  // fewer are not worth waking a thread for
-
-}  // namespace
-
 void update_nearest_features(std::span<const Body> bodies, std::span<const BlockPair> pairs,
                              std::span<NearestFeatures> answers, const SearchOptions& options,
                              Executor* executor) {
@@ -575,9 +569,7 @@ void update_nearest_features(std::span<const Body> bodies, std::span<const Block
                      std::to_string(pairs.size()) + " pairs");
   }
   check_placements(pairs, bodies.data(), [](int body) { return body; });
-  const auto most =
-      static_cast<std::size_t>(executor == nullptr ? 1 : std::max(1, executor->workers()));
-  const std::size_t workers = pairs.size() >= most * kDistancesPerWorker ? most : 1;
+  const std::size_t workers = workers_for(executor, pairs.size(), kDistancesPerWorker);
   auto update = [&](int worker) {
     const auto w = static_cast<std::size_t>(worker);
     if (w >= workers) return;
