@@ -76,21 +76,6 @@ std::vector<Named> named_around(const Topology& topology, int vertex) {
   return all;
 }
 
-Bits bits_of(const NearestFeatures& n) {
-  Bits bits;
-  for (const double x : {n.gap, n.residual_a, n.residual_b}) bits.add(x);
-  for (const Vector3& v : {n.normal, n.point_a, n.point_b}) bits.add(v);
-  bits.add(n.feature_a);
-  bits.add(n.feature_b);
-  for (const int k : {static_cast<int>(n.status), static_cast<int>(n.rule)}) bits.add(k);
-  bits.add(n.indeterminate ? 1 : 0);
-  return bits;
-}
-
-bool same(const NearestFeatures& n, const NearestFeatures& m) {
-  return bits_of(n).all == bits_of(m).all;
-}
-
 /// Number `number` of a seed; the vertices of A and B that look at each other.
 SolidPair draw(std::uint64_t seed, std::uint64_t number, int& v, int& w) {
   Random random(seed * 5000011 + number);
@@ -159,7 +144,7 @@ bool differs_by_hint(const SolidPair& pair, int v, int w) {
       hint.face_a = by_a.face;
       hint.face_b = by_b.face;
       hint.normal = cold.normal;
-      if (!same(cold, query.nearest(hint))) return true;
+      if (bits_of(cold) != bits_of(query.nearest(hint))) return true;
     }
   }
   return false;

@@ -4,6 +4,7 @@
 
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/same_contacts.hpp"
 
 namespace {
 
@@ -58,15 +59,6 @@ SecondBar second_bar(int kind, double way) {
   return {.shape = thickened(way)};
 }
 
-void check_same(const std::vector<ContactPoint>& found, const std::vector<ContactPoint>& expected) {
-  REQUIRE(found.size() == expected.size());
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    CHECK(found[k].key == expected[k].key);
-    CHECK(found[k].gap == expected[k].gap);
-    CHECK(found[k].point_a == expected[k].point_a);
-  }
-}
-
 }  // namespace
 
 TEST_CASE("pairs apart: bars that come nearer are found when they come into reach") {
@@ -89,66 +81,10 @@ TEST_CASE("pairs apart: bars that come nearer are found when they come into reac
       cold.add(bar, {kHeading, Vector3::Zero()});
       cold.add(next.shape, next.placement);
       cold.find(expected);
-      check_same(found, expected);
+      REQUIRE(same_but_previous(found, expected));
       ++(found.empty() ? apart : in_contact);
     }
     CHECK(in_contact > 10);
     CHECK(apart > 100);
-  }
-}
-
-TEST_CASE("pairs apart: a longer reach finds what was out of reach of a shorter one") {
-  ContactFinder finder({.reach = kReach});
-  const auto bar = std::make_shared<const Shape>(kBar);
-  finder.add(bar, {kHeading, Vector3::Zero()});
-  finder.add(bar, beside(0));
-  std::vector<ContactPoint> contacts;
-  for (int step = 0; step < 3; ++step) finder.find(contacts);
-  CHECK(contacts.empty());
-  finder.set_reach(1.01 * kGap);
-  finder.find(contacts);
-  CHECK_FALSE(contacts.empty());
-}
-
-TEST_CASE("pairs apart: a crowd is answered as its pairs are alone, on any number of threads") {
-  Random random(32);
-  const auto cube = std::make_shared<const Shape>(make_box({0, 0, 0}, {0.5, 0.5, 0.25}));
-  Points corners(3, 12);
-  for (Eigen::Index k = 0; k < 12; ++k) corners.col(k) = 0.3 * random.direction();
-  const auto stone = std::make_shared<const Shape>(quoin::geometry::make_hull(corners).polyhedron);
-  const auto place = [&](int i, int step) {  // bricks that touch; stones that tumble between them
-    Placement at;
-    at.translation = Vector3(0.5 * (i % 4), 0.5 * (i / 4 % 4), 0.25 * (i / 16));
-    if (i % 5 != 0) return at;
-    const double time = 0.05 * step + i;
-    at.linear = rotation_about(Vector3(0.6, 0.0, 0.8), time);
-    at.translation += Vector3(0.1, 0.2, 0.6) * std::sin(time);
-    return at;
-  };
-  constexpr int kCount = 48, kSteps = 25;
-  std::vector<ContactFinder> finders;
-  for (const int threads : {1, 2, 3}) {
-    ContactFinder& finder =
-        finders.emplace_back(quoin::geometry::FinderOptions{.reach = kReach, .threads = threads});
-    for (int i = 0; i < kCount; ++i) finder.add(i % 5 == 0 ? stone : cube, place(i, 0));
-  }
-  for (int step = 0; step < kSteps; ++step) {
-    std::vector<Body> bodies;
-    std::vector<ContactPoint> expected, found;
-    for (int i = 0; i < kCount; ++i)
-      bodies.emplace_back(i % 5 == 0 ? *stone : *cube, place(i, step));
-    for (int i = 0; i < kCount; ++i) {
-      for (int k = i + 1; k < kCount; ++k) {
-        append_contacts_within_reach({i, k}, bodies[static_cast<std::size_t>(i)],
-                                     bodies[static_cast<std::size_t>(k)], {.reach = kReach}, {},
-                                     expected);
-      }
-    }
-    REQUIRE(expected.size() > 100);
-    for (ContactFinder& finder : finders) {
-      for (int i = 0; i < kCount; ++i) finder.move(i, place(i, step));
-      finder.find(found);
-      check_same(found, expected);
-    }
   }
 }

@@ -1,6 +1,5 @@
 /// What a batch of pairs answers has the bits of each pair asked alone.
 
-#include <cstdint>
 #include <memory>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/pair_batch.hpp>
@@ -15,25 +14,9 @@
 namespace {
 
 using namespace quoin::geometry;
+using quoin::tests::bits_of;
 using quoin::tests::Random;
 using quoin::tests::rotation_about;
-
-/// What an answer is made of, bit by bit.
-struct Bits : quoin::tests::Bits {
-  using quoin::tests::Bits::add;
-  void add(const ContactPoint& point) {
-    for (const int value : {point.key.a, point.key.b, static_cast<int>(point.type),
-                            static_cast<int>(point.indeterminate), point.previous})
-      add(value);
-    add(point.key.feature_a);
-    add(point.key.feature_b);
-    add(point.point_a);
-    add(point.point_b);
-    add(point.normal);
-    add(point.gap);
-    add(point.area);
-  }
-};
 
 Shape brick(Random& random) {
   const Vector3 half(random.uniform(0.2, 0.9), random.uniform(0.2, 0.9), random.uniform(0.2, 0.9));
@@ -178,23 +161,27 @@ struct FamilyPairs {
 void check_bits(const std::vector<Body>& bodies, const std::vector<BlockPair>& pairs,
                 const ContactOptions& options) {
   std::vector<FeatureHint> hints(pairs.size());
+  std::vector<NearestFeatures> distances(pairs.size());
   PairBatch batch(options);
   for (int step = 0; step < 3; ++step) {
     std::vector<ContactPoint> alone, found;
+    std::vector<NearestFeatures> nearest;
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto [i, j] = pairs[k];
       const Body &a = bodies[static_cast<std::size_t>(i)], &b = bodies[static_cast<std::size_t>(j)];
       hints[k] = append_contacts_within_reach({i, j}, a, b, options, hints[k], alone).hint;
+      nearest.push_back(nearest_features(a, b, {options.tolerance}, distances[k].hint));
     }
     batch.find(BodySource(bodies), pairs, found);
-    for (ContactPoint& point : found) point.previous = -1;
+    update_nearest_features(bodies, pairs, distances, {options.tolerance});
     REQUIRE(found.size() == alone.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
-      Bits of_batch, by_itself;
-      of_batch.add(found[k]);
-      by_itself.add(alone[k]);
       CAPTURE(step, k, found[k].key.a);
-      REQUIRE(of_batch.all == by_itself.all);
+      REQUIRE(bits_of(found[k]) == bits_of(alone[k]));
+    }
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      CAPTURE(step, k);
+      REQUIRE(bits_of(distances[k], distances[k].hint) == bits_of(nearest[k], nearest[k].hint));
     }
   }
 }
@@ -240,28 +227,18 @@ TEST_CASE("However it is asked, a stack has the same bits, signs of zeros too") 
       const NearestFeatures alone = nearest_features(bodies[0], bodies[1]);
       FeatureHint of_vertices = alone.hint;
       of_vertices.face_a = of_vertices.face_b = -1;
-      std::vector<std::vector<std::uint64_t>> asked;
+      std::vector<quoin::tests::Bits> asked;
+      std::vector<ContactPoint> points;
       for (const FeatureHint& hint : {FeatureHint{}, alone.hint, of_vertices}) {
-        std::vector<ContactPoint> points;
+        points.clear();
         const NearestFeatures answer = append_contacts_within_reach({0, 1}, bodies[0], bodies[1],
                                                                     {.reach = 0.1}, hint, points);
-        Bits bits;
-        bits.add(answer.gap);
-        bits.add(answer.normal);
-        for (const ContactPoint& point : points) bits.add(point);
-        asked.push_back(bits.all);
+        asked.push_back(bits_of(answer.gap, answer.normal, points));
       }
       PairBatch batch({.reach = 0.1});
-      const std::vector<BlockPair> pairs{{0, 1}};
       for (int step = 0; step < 2; ++step) {
-        std::vector<ContactPoint> points;
-        batch.find(BodySource(bodies), pairs, points);
-        for (ContactPoint& point : points) point.previous = -1;
-        Bits bits;
-        bits.add(batch.pairs()[0].gap);
-        bits.add(batch.pairs()[0].normal);
-        for (const ContactPoint& point : points) bits.add(point);
-        asked.push_back(bits.all);
+        batch.find(BodySource(bodies), std::vector<BlockPair>{{0, 1}}, points);
+        asked.push_back(bits_of(batch.pairs()[0].gap, batch.pairs()[0].normal, points));
       }
       for (std::size_t way = 1; way < asked.size(); ++way) {
         INFO("way " << way);

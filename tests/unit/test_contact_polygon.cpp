@@ -112,29 +112,6 @@ TEST_CASE("faces of few and of many corners share what all pairs of their sides 
   }
 }
 
-TEST_CASE("the margin of two faces is that of all pairs of sides and corners") {
-  tests::Random random(14);
-  for (int turn_count = 0; turn_count < 300; ++turn_count) {
-    const Shape p = prism(random, random.integer(9, 60), {0, 0, 0}, -1, 0);
-    const Shape q = prism(random, random.integer(9, 60), {random.uniform(-2.0, 2.0), 0, 0}, 0, 1);
-    ContactPolygon part;
-    lay(p, q, part);
-    const std::vector<Vector3> a = corners_of(p, part.face_p), b = corners_of(q, part.face_q);
-    double least = HUGE_VAL;
-    const auto reach = [&](const std::vector<Vector3>& sides, const std::vector<Vector3>& corners) {
-      for (std::size_t k = 0; k < sides.size(); ++k) {
-        const Vector3 &from = sides[k], &to = sides[(k + 1) % sides.size()];
-        double most = -HUGE_VAL;
-        for (const Vector3& c : corners) most = std::max(most, turn(from, to, c));
-        least = std::min(least, most / (to - from).norm());
-      }
-    };
-    reach(a, b);
-    reach(b, a);
-    CHECK_THAT(part.margin, WithinAbs(least, 1e-12));
-  }
-}
-
 TEST_CASE("the hull puts corners on sides in order") {
   ContactPolygon part;
   lay(geometry::make_box({0, 0, 0}, {2, 1, 1}), geometry::make_box({1, 0, 1}, {3, 1, 2}), part);
@@ -143,16 +120,4 @@ TEST_CASE("the hull puts corners on sides in order") {
   CHECK(order.size() == 4);
   CHECK(part.polygon.area == 1.0);
   CHECK(sum_of_shares(part) == 1.0);
-}
-
-TEST_CASE("a face within the other has its own corners") {
-  ContactPolygon part;
-  lay(geometry::make_box({0, 0, 0}, {4, 4, 1}), geometry::make_box({1, 1, 1}, {2, 3, 2}), part);
-  CHECK(part.convex);
-  CHECK(part.corners.size() == 4);
-  CHECK(part.polygon.area == 2.0);
-  ContactPolygon other;
-  lay(geometry::make_box({1, 1, 0}, {2, 3, 1}), geometry::make_box({0, 0, 1}, {4, 4, 2}), other);
-  CHECK(other.corners.size() == 4);
-  CHECK(other.polygon.area == 2.0);
 }

@@ -25,34 +25,13 @@ struct Bits : quoin::tests::Bits {
     add(top.vertex);
     add(top.value);
   }
-  template <class T, std::size_t kCount>
-  void add(const std::array<T, kCount>& values) {
-    for (const T& value : values) add(value);
-  }
   void add(const geometry::SearchResult& found) {
-    add(static_cast<int>(found.outcome));
+    add(std::array{static_cast<int>(found.outcome), found.iterations});
     add(found.normal);
     add(found.bound);
     add(found.corners);
-    add(found.iterations);
     add(found.p);
     add(found.q);
-  }
-  void add(const geometry::NearestFeatures& answer) {
-    add(static_cast<int>(answer.status));
-    add(static_cast<int>(answer.rule));
-    add(answer.gap);
-    add(answer.normal);
-    add(answer.point_a);
-    add(answer.point_b);
-    add(answer.residual_a);
-    add(answer.residual_b);
-    add(answer.feature_a);
-    add(answer.feature_b);
-    add(answer.hint.vertices_a);
-    add(answer.hint.vertices_b);
-    add(answer.hint.face_a);
-    add(answer.hint.face_b);
   }
 };
 
@@ -157,8 +136,10 @@ TEST_CASE("kernels: searches, and what certifies them") {
       bits.add(static_cast<int>(trial));
       if (trial != geometry::Trial::Proved) return 0;
       bits.add(cold);
+      bits.add(cold.hint);
       CHECK(kernels.certify_hint(a, b, cold.hint, bodies.length, warm) == trial);
       bits.add(warm);
+      bits.add(warm.hint);
       return 1;
     });
     overlapping += check_all([&](const Kernels& kernels, Bits& bits) {

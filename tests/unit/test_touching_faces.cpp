@@ -56,37 +56,13 @@ struct Answer {
     for (geometry::ContactPoint& point : other.points) std::swap(point.point_a, point.point_b);
     return other;
   }
-  std::vector<std::uint64_t> bits() const {
-    tests::Bits bits;
-    for (const double x : {nearest.gap, nearest.residual_a, nearest.residual_b}) bits.add(x);
-    for (const int x : {static_cast<int>(nearest.status), static_cast<int>(nearest.rule)})
-      bits.add(x);
-    for (const Vector3& x : {nearest.normal, nearest.point_a, nearest.point_b}) bits.add(x);
-    bits.add(nearest.feature_a);
-    bits.add(nearest.feature_b);
-    return bits.all;
-  }
-  /// Of its points, in their order.
-  std::vector<std::uint64_t> bits_of_points() const {
-    tests::Bits bits;
-    for (const geometry::ContactPoint& point : points) {
-      bits.add(point.point_a);
-      bits.add(point.gap);
-      bits.add(point.area);
-      bits.add(point.key.feature_a);
-      bits.add(point.key.feature_b);
-    }
-    return bits.all;
-  }
   /// Of its points in any order and under any names: which of several names a point gets, and so
   /// where it stands in the list, hangs on who is A.
   std::vector<std::vector<std::uint64_t>> bits_of_places() const {
     std::vector<std::vector<std::uint64_t>> places;
     for (const geometry::ContactPoint& point : points) {
-      tests::Bits bits;
-      for (const Vector3& x : {point.point_a, point.point_b}) bits.add(x);
-      for (const double x : {point.gap, point.area}) bits.add(x);
-      places.push_back(bits.all);
+      const std::array ends{point.point_a, point.point_b};
+      places.push_back(tests::bits_of(ends, point.gap, point.area).all);
     }
     std::sort(places.begin(), places.end());
     return places;
@@ -140,9 +116,9 @@ TEST_CASE("bricks of a wall with noise: neither a hint nor who is A changes a bi
       const Answer warm(a, b, hint), cold(a, b, none);
       const Answer mirrored = Answer(b, a, mirrored_hint).mirrored();
       CAPTURE(k, move, bricks.noise, bricks.step.transpose());
-      REQUIRE(warm.bits() == cold.bits());
-      REQUIRE(warm.bits_of_points() == cold.bits_of_points());
-      REQUIRE(mirrored.bits() == cold.bits());
+      REQUIRE(tests::bits_of(warm.nearest) == tests::bits_of(cold.nearest));
+      REQUIRE(tests::bits_of(warm.points) == tests::bits_of(cold.points));
+      REQUIRE(tests::bits_of(mirrored.nearest) == tests::bits_of(cold.nearest));
       REQUIRE(mirrored.bits_of_places() == cold.bits_of_places());
     }
   }
@@ -169,7 +145,7 @@ TEST_CASE("a line that rounding may turn from one vertex to another: a hint chan
     hint.vertices_a = {of_a[kind == 1 ? 1 : 0], kind == 0 ? of_a[1] : -1, -1, -1};
     hint.vertices_b = {of_b[kind == 2 ? 1 : 0], kind == 0 ? of_b[1] : -1, -1, -1};
     CAPTURE(kind);
-    REQUIRE(Answer(a, b, hint).bits() == cold.bits());
+    REQUIRE(tests::bits_of(Answer(a, b, hint).nearest) == tests::bits_of(cold.nearest));
   }
 }
 
@@ -226,8 +202,8 @@ TEST_CASE("bricks that lean on each other are proved from last step's features a
                          a.placement().translation + turn * step});
     geometry::FeatureHint hint;
     const Answer cold(a, b, hint), warm(a, b, hint);
-    REQUIRE(warm.bits() == cold.bits());
-    REQUIRE(warm.bits_of_points() == cold.bits_of_points());
+    REQUIRE(tests::bits_of(warm.nearest) == tests::bits_of(cold.nearest));
+    REQUIRE(tests::bits_of(warm.points) == tests::bits_of(cold.points));
     const double exact = tests::exact_gap(a, b);
     REQUIRE(std::abs(warm.nearest.gap - exact) <= 16 * kEpsilon * brick.diameter());
     overlapping += exact < 0.0;
