@@ -31,6 +31,7 @@ struct PairPoints {
   FeatureKind kind_p = FeatureKind::Vertex, kind_q = FeatureKind::Vertex;
   ContactPlane plane;
   bool one_face_p = false, one_face_q = false;  // all that may carry points is one face
+  bool polygon_asked = false;                   // what the contact features share, too
   SharedCorners merged;
   const SharedCorners* points = &merged;  // or the corners of two faces as they are
 };
@@ -135,18 +136,23 @@ void add_merged(const SharedCorner& corner, double tolerance, bool reversed,
   points.push_back(corner);
 }
 
-/// Do two points lie within `tolerance` of each other? Only those that do along u are compared.
+/// Do two points lie within `tolerance` of each other? Of many only those that do along u are
+/// compared.
 bool crowded(const SharedCorners& points, double tolerance) {
+  constexpr std::size_t kFew = 16;  // of these all are: sooner done than put in order
   SmallVector<std::size_t, 32> order;
   for (std::size_t k = 0; k < points.size(); ++k) order.push_back(k);
-  std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
-    return std::pair(points[i].place.x(), i) < std::pair(points[k].place.x(), k);
-  });
+  const bool sorted = points.size() > kFew;
+  if (sorted) {
+    std::sort(order.begin(), order.end(), [&](std::size_t i, std::size_t k) {
+      return std::pair(points[i].place.x(), i) < std::pair(points[k].place.x(), k);
+    });
+  }
   for (std::size_t k = 1; k < order.size(); ++k) {
     for (std::size_t i = k; i-- > 0;) {
       const Vector2 step = points[order[k]].place - points[order[i]].place;
       if (step.squaredNorm() <= tolerance * tolerance) return true;
-      if (step.x() > tolerance) break;
+      if (sorted && step.x() > tolerance) break;
     }
   }
   return false;
@@ -302,9 +308,11 @@ void drop_beyond(const Surfaces& surfaces, SharedCorners& corners) {
   corners.resize(kept);
 }
 
-/// A feature of either solid in the contact plane.
+/// A feature of either solid in the contact plane, and what the two share.
 struct Patches {
   ProjectedFeature p, q;
+  SharedCorners corners;
+  bool alone = false;  // no other features carry points, and both are planar faces
 };
 
 /// All places where facing features lie over each other within the band. `patches`: those that were
@@ -322,7 +330,7 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   pair.one_face_q = one_face(carriers.q);
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding))
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
-  auto& [patch_p, patch_q] = patches;
+  auto& [patch_p, patch_q, corners, alone] = patches;
   // Points lie near the tops of both solids: where there are many pairs of features, most of them
   // have no such places over each other, and need no closer look.
   const double wider = 2 * band + 64 * rounding;
@@ -333,7 +341,6 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       boxes_q.push_back(band_box(patch_q, pair.gap + wider, -1.0));
     }
   }
-  SharedCorners corners;
   for (const Feature& f : carriers.p) {
     lay_feature(p, f, pair.plane, 1.0, patch_p);
     const BandBox box_p = carriers.many() ? band_box(patch_p, -wider, 1.0) : BandBox{};
@@ -342,12 +349,14 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
       lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
+      const std::size_t shared = corners.size();
       if (surfaces) drop_beyond(*surfaces, corners);
       drop_shown_crossings(p, q, work.tolerance, pair.gap + band, corners);
+      alone = pair.one_face_p && pair.one_face_q && !surfaces && corners.size() == shared;
       add_points(corners, band, pair);
     }
   }
-  merge_twins(pair.merged);
+  if (!alone) merge_twins(pair.merged);
 }
 
 /// The point nearest to a place; most often it is number `guess`, there to the bit.
@@ -475,28 +484,56 @@ void add_tolerance_line(const Working& work, const ProjectedFeature& patch_p,
   }
 }
 
-/// Is a patch the edge between just these vertices?
-bool is_edge_of(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set) {
-  if (patch.label.kind != FeatureKind::Edge || set.size() != 2) return false;
-  const auto [v, w] = solid.topology().edge(patch.label.index);
-  return std::min(v, w) == set[0] && std::max(v, w) == set[1];
+/// Are these vertices some of a face?
+bool is_part_of(const Solid& solid, const VertexSet& set, int face) {
+  const std::span<const int> whole = solid.topology().face_set(face);
+  return std::includes(whole.begin(), whole.end(), set.begin(), set.end());
 }
 
-/// Unless it is an edge that is laid already.
+/// Is a patch the edge, or the face, of just these vertices?
+bool is_laid(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set) {
+  const auto& [kind, index] = patch.label;
+  if (kind == FeatureKind::Edge && set.size() == 2) {
+    const auto [v, w] = solid.topology().edge(index);
+    return std::min(v, w) == set[0] && std::max(v, w) == set[1];
+  }
+  return kind == FeatureKind::Face && set.size() == solid.topology().face(index).size() &&
+         solid.shape().label_fit(index).outside < kInfinity && is_part_of(solid, set, index);
+}
+
 void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind kind,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
-  if (kind == FeatureKind::Edge && is_edge_of(solid, patch, set)) return;
   if (kind == FeatureKind::Face) return lay_support_polygon(solid, set, plane, outward, patch);
   lay_support_set(solid, set, kind, plane, outward, patch);
 }
 
-/// The part that the two contact features share. Its corners are points, too, where the labels do
-/// not reach as far: where tol cuts a face, or vertices that are no corners of labels stand out.
-void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& pair,
-                      Patches& patches, ContactPolygon& part) {
-  auto& [patch_p, patch_q] = patches;
-  lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patch_p);
-  lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patch_q);
+/// Lays the two contact features, and what they share, unless that is done already.
+void lay_contact_features(const Working& work, const PairPoints& pair, Patches& patches) {
+  const bool has_p = is_laid(work.p, patches.p, pair.support_p);
+  const bool has_q = is_laid(work.q, patches.q, pair.support_q);
+  if (!has_p) lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patches.p);
+  if (!has_q) lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patches.q);
+  if (pair.type == ContactType::EdgeEdgeParallel || (has_p && has_q && patches.alone)) return;
+  patches.corners.clear();
+  append_shared_corners(patches.p, patches.q, work.rounding, patches.corners);
+}
+
+/// Is what carries the answer an edge at least, of one of the two whole faces that are laid? Then
+/// all corners of what the contact features share are among the points.
+bool are_listed(const Working& work, const PairPoints& pair, const Patches& patches) {
+  const bool of_edge =
+      pair.type == ContactType::EdgeFace || pair.type == ContactType::EdgeEdgeCrossing;
+  return of_edge && patches.alone && is_part_of(work.p, pair.support_p, patches.p.face) &&
+         is_part_of(work.q, pair.support_q, patches.q.face);
+}
+
+/// The part that the two contact features share. Unless they are `listed`, its corners are points,
+/// too, where the labels do not reach as far: where tol cuts a face, or vertices that are no
+/// corners of labels stand out.
+void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, bool listed,
+                      PairPoints& pair, Patches& patches, ContactPolygon& part) {
+  lay_contact_features(work, pair, patches);
+  const auto& [patch_p, patch_q, corners, alone] = patches;
   if (pair.type == ContactType::EdgeEdgeParallel) {
     append_stretch(patch_p, patch_q, work.rounding, part.corners);
     add_stretch_points(patch_p, patch_q, work, part.corners, pair);
@@ -504,9 +541,10 @@ void find_shared_part(const Working& work, LateInit<Surfaces>& surfaces, PairPoi
     const double off_plane = kFlatLabel * work.rounding;
     if (!surfaces && !(is_flat(patch_p, off_plane) && is_flat(patch_q, off_plane)))
       surfaces.emplace(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
-    append_shared_corners(patch_p, patch_q, work.rounding, part.corners);
+    part.corners = corners;
     if (surfaces) surfaces->lift(part.corners);
-    SharedCorners shown = part.corners;
+    SharedCorners shown;
+    if (!listed) shown = part.corners;
     drop_shown_crossings(work.p, work.q, work.tolerance, pair.gap + work.band, shown);
     for (const SharedCorner& corner : shown) {
       SharedCorner lifted = corner;
@@ -765,7 +803,9 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
   merge_near(pair.tolerance, work.reversed, pair.merged);
   part.reset();
   const bool of_vertex = pair.kind_p == FeatureKind::Vertex || pair.kind_q == FeatureKind::Vertex;
-  if (!of_vertex) find_shared_part(work, surfaces, pair, patches, part.emplace());
+  const bool listed = are_listed(work, pair, patches);
+  if (of_vertex || (listed && !pair.polygon_asked)) return;
+  find_shared_part(work, surfaces, listed, pair, patches, part.emplace());
 }
 
 void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest,
@@ -831,6 +871,7 @@ void update(const Solid& a, const Solid& b, const ContactOptions& options, PairC
   }
   const OrderedPair ordered(a, b, in_reverse_order(a, b), contact.nearest);
   PairPoints pair;
+  pair.polygon_asked = true;
   find_pair_points(ordered, contact.nearest, options, part, pair);
   if (pair.points != &pair.merged) take_sets(ordered, *part, pair);
   contact.points.clear();

@@ -60,7 +60,7 @@ struct Laid {
     sides.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
       const ProjectedCorner& corner = feature.corners[k];
-      extent = std::max({extent, std::abs(corner.place.x()), std::abs(corner.place.y())});
+      extent = std::max(extent, std::max(std::abs(corner.place.x()), std::abs(corner.place.y())));
       low = std::min(low, corner.height);
       high = std::max(high, corner.height);
       const Vector2 line = place(next(k)) - corner.place;
@@ -141,8 +141,8 @@ struct Table {
       left[k] |= static_cast<std::uint64_t>(inside) << first;
     }
     clear = clear && off_lines == 3u;
-    margin = std::min({margin, farthest[0] / std::max(s.length, kShortestSide),
-                       farthest[1] / std::max(t.length, kShortestSide)});
+    margin = std::min(margin, std::min(farthest[0] / std::max(s.length, kShortestSide),
+                                       farthest[1] / std::max(t.length, kShortestSide)));
   }
 };
 

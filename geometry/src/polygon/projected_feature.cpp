@@ -8,10 +8,13 @@
 namespace quoin::geometry {
 namespace {
 
-void add_corner(const Solid& polyhedron, int v, int edge, const LocalPlane& local,
-                ProjectedFeature& patch) {
-  const Vec3 x = polyhedron.shape().vertex(v);
-  patch.corners.push_back({v, edge, local.place(x), local.height(x)});
+inline void add_corner(const Solid& polyhedron, int v, int edge, const LocalPlane& local,
+                       ProjectedFeature& patch) {
+  const double* x = polyhedron.shape().vertices().data() + 3 * v;
+  const Vec3 vertex(x[0], x[1], x[2]);
+  const Vector2 place = local.place(vertex);
+  const double height = local.height(vertex);
+  patch.corners.add() = {v, edge, place, height};
 }
 
 void set_slope(const Solid& polyhedron, const ContactPlane& plane, ProjectedFeature& patch) {
@@ -66,7 +69,7 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
     const std::size_t n = cycle.size();
     for (std::size_t k = 0; k < n; ++k) {  // Q's faces look the other way: run backwards
       const std::size_t i = outward > 0.0 ? k : n - 1 - k;
-      const std::size_t e = outward > 0.0 ? i : (i + n - 1) % n;
+      const std::size_t e = outward > 0.0 ? i : (i > 0 ? i : n) - 1;
       add_corner(polyhedron, cycle[i], edges[e], local, patch);
     }
   }

@@ -128,10 +128,11 @@ struct PlacedPair {
   Solid a, b;
 
   PlacedPair(const Body& body_a, const Body& body_b)
-      : PlacedPair(body_a, body_b, body_a.stands_in_own_frame() && body_b.stands_in_own_frame(),
-                   apart(body_a, body_b)) {}
+      : PlacedPair(body_a, body_b, body_a.stands_in_own_frame() && body_b.stands_in_own_frame()) {}
 
  private:
+  PlacedPair(const Body& body_a, const Body& body_b, bool own)
+      : PlacedPair(body_a, body_b, own, own ? Vector3(Vector3::Zero()) : apart(body_a, body_b)) {}
   PlacedPair(const Body& body_a, const Body& body_b, bool own, const Vector3& between)
       : as_shapes(own),
         middle(own ? Vector3(Vector3::Zero())
