@@ -117,8 +117,19 @@ inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
   return wide_apart(*p.body(), *q.body()) + (q.wide_offset(j) - p.wide_offset(i));
 }
 
-/// From one centre to another, right to its own last place.
-inline Vector3 apart(const Body& a, const Body& b) { return wide_apart(a, b).rounded(); }
+/// The same, rounded: right to its own last place.
+inline Vector3 apart(const Body& a, const Body& b) {
+  Vector3 way;
+  for (int k = 0; k < 3; ++k) {
+    const DoubleDouble moved =
+        two_difference(b.placement().translation[k], a.placement().translation[k]);
+    const DoubleDouble turned = two_difference(b.turned_origin()[k], a.turned_origin()[k]);
+    const DoubleDouble sum = two_sum(moved.high, turned.high);
+    const double rest = b.turned_origin_rest()[k] - a.turned_origin_rest()[k];
+    way[k] = sum.high + (sum.low + ((moved.low + turned.low) + rest));
+  }
+  return way;
+}
 
 /// Two bodies from the middle between their centres; those that both stand in their own frames as
 /// the shapes.
