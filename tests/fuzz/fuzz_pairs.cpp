@@ -12,13 +12,11 @@
 
 namespace {
 
+using namespace quoin::tests;
 using quoin::geometry::Matrix3;
 using quoin::geometry::Placement;
 using quoin::geometry::Points;
 using quoin::geometry::Vector3;
-using quoin::tests::Fault;
-using quoin::tests::Solid;
-using quoin::tests::SolidPair;
 
 /// Reads numbers off the input; zeros when it ends.
 class Bytes {

@@ -16,18 +16,14 @@
 #include "scene_file/read_shape.hpp"
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
+#include "support/json_lines.hpp"
 
 namespace {
 
 using nlohmann::json;
-using quoin::geometry::Vector3;
+using namespace quoin::geometry;
 using namespace quoin::tests;
-using quoin::geometry::ContactPoint;
-using quoin::geometry::Feature;
-using quoin::geometry::FeatureKind;
-using quoin::geometry::Matrix3;
-using quoin::geometry::NearestFeatures;
-using quoin::geometry::PairContact;
+using quoin::tests::Solid;
 
 const std::filesystem::path kFolder = QUOIN_SOURCE_DIR "/tests/pairs";
 constexpr std::uint64_t kSeeds = 5;  // other numberings, hints, places
@@ -46,14 +42,12 @@ Solid read_solid(const json& line, const char* body) {
 
 std::vector<KnownPair> read_pairs(const char* name) {
   std::vector<KnownPair> pairs;
-  std::ifstream in(kFolder / name);
-  for (std::string text; std::getline(in, text);) {
-    const json line = json::parse(text);
+  for_each_line((kFolder / name).c_str(), 1, [&](const json& line) {
     pairs.push_back({line["id"],
                      {line["what"], read_solid(line, "a"), read_solid(line, "b")},
                      line["exact"],
                      line.value("answer", json::object())});
-  }
+  });
   return pairs;
 }
 

@@ -7,17 +7,14 @@
 #include "referee/pairs/families.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 namespace {
 
 using namespace quoin::geometry;
 using namespace quoin::tests;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kRuns = 100;
-#else
-constexpr std::uint64_t kRuns = 10000;
-#endif
+constexpr std::uint64_t kRuns = unless_sanitized(10000, 100);
 constexpr int kSteps = 50;
 constexpr int kShown = 3;
 

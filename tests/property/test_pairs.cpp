@@ -15,16 +15,13 @@
 #include "support/catch.hpp"
 #include "support/check_pair.hpp"
 #include "support/random.hpp"
+#include "support/sanitized.hpp"
 
 namespace {
 
 using namespace quoin::tests;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kCases = 5000;
-#else
-constexpr std::uint64_t kCases = 30000;
-#endif
+constexpr std::uint64_t kCases = unless_sanitized(30000, 5000);
 
 struct Tally {
   long pairs = 0, failed = 0, refused = 0, undecided = 0;

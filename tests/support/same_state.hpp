@@ -2,7 +2,9 @@
 /// States of the solver that agree to the bit.
 
 #include <algorithm>
-#include <quoin/solver/state.hpp>
+#include <quoin/solver/simulation.hpp>
+#include <sstream>
+#include <string>
 
 namespace quoin::tests {
 
@@ -22,6 +24,13 @@ inline bool same_bits(const solver::State& a, const solver::State& b) {
          std::ranges::equal(a.contacts, b.contacts, same_contact) &&
          std::ranges::equal(a.blocks, b.blocks,
                             [](const auto& x, const auto& y) { return same_bits(x, y); });
+}
+
+/// The bytes of its checkpoint.
+inline std::string saved(const solver::Simulation& simulation) {
+  std::ostringstream out;
+  simulation.save(out);
+  return out.str();
 }
 
 }  // namespace quoin::tests

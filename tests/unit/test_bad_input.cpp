@@ -2,7 +2,6 @@
 /// where.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <quoin/geometry/broad_phase.hpp>
@@ -12,6 +11,7 @@
 
 #include "scene_file/read_shape.hpp"
 #include "support/catch.hpp"
+#include "support/json_lines.hpp"
 #include "support/random.hpp"
 
 namespace {
@@ -51,40 +51,37 @@ std::string hull_complaint(const Points& points) {
 }  // namespace
 
 TEST_CASE("bad input: each solid of bad_shapes.jsonl is made, or one line says what is wrong") {
-  std::ifstream cases(QUOIN_SOURCE_DIR "/tests/unit/bad_shapes.jsonl");
-  int count = 0;
-  for (std::string text; std::getline(cases, text); ++count) {
-    const json line = json::parse(text);
-    INFO(text);
-    Points points(3, line["points"].size());
-    for (Eigen::Index i = 0; i < points.cols(); ++i)
-      points.col(i) = quoin::scene_file::read_vector(line["points"][i]);
-    const Faces faces = line.value("faces", Faces{});
-    const ShapeOptions options{.coordinate_rounding = line.value("rounding", 0.0)};
-    int made = -1;
-    const std::string said = complaint([&] {
-      if (line.contains("sweep")) {
-        const Vector3 sweep = quoin::scene_file::read_vector(line["sweep"]);
-        made = make_prism(points, sweep).topology().face_count();
-      } else if (line.contains("box")) {
-        made = make_box(points.col(0), points.col(1)).topology().face_count();
-      } else if (line.contains("faces")) {
-        made = make_shape(points, faces, options).topology().face_count();
-      } else {
-        const Hull hull = make_hull(points);
-        made = hull.polyhedron.topology().face_count();
-        if (line.contains("input")) CHECK(hull.input_index == line["input"]);
-      }
-    });
-    CHECK(made == line.value("made", -1));
-    if (line.contains("said")) CHECK_THAT(said, ContainsSubstring(line["said"].get<std::string>()));
-    if (!line.contains("fault")) continue;
-    const std::vector<ShapeFault> faults = shape_faults(points, faces, options);
-    REQUIRE(faults.size() >= line.value("faults", 1U));
-    CHECK_THAT(faults[0].text, ContainsSubstring(line["fault"].get<std::string>()));
-    CHECK(faults[0].refused == line.contains("said"));
-  }
-  CHECK(count >= 50);
+  quoin::tests::for_each_line(
+      QUOIN_SOURCE_DIR "/tests/unit/bad_shapes.jsonl", 50, [](const json& line) {
+        Points points(3, line["points"].size());
+        for (Eigen::Index i = 0; i < points.cols(); ++i)
+          points.col(i) = quoin::scene_file::read_vector(line["points"][i]);
+        const Faces faces = line.value("faces", Faces{});
+        const ShapeOptions options{.coordinate_rounding = line.value("rounding", 0.0)};
+        int made = -1;
+        const std::string said = complaint([&] {
+          if (line.contains("sweep")) {
+            const Vector3 sweep = quoin::scene_file::read_vector(line["sweep"]);
+            made = make_prism(points, sweep).topology().face_count();
+          } else if (line.contains("box")) {
+            made = make_box(points.col(0), points.col(1)).topology().face_count();
+          } else if (line.contains("faces")) {
+            made = make_shape(points, faces, options).topology().face_count();
+          } else {
+            const Hull hull = make_hull(points);
+            made = hull.polyhedron.topology().face_count();
+            if (line.contains("input")) CHECK(hull.input_index == line["input"]);
+          }
+        });
+        CHECK(made == line.value("made", -1));
+        if (line.contains("said"))
+          CHECK_THAT(said, ContainsSubstring(line["said"].get<std::string>()));
+        if (!line.contains("fault")) return;
+        const std::vector<ShapeFault> faults = shape_faults(points, faces, options);
+        REQUIRE(faults.size() >= line.value("faults", 1U));
+        CHECK_THAT(faults[0].text, ContainsSubstring(line["fault"].get<std::string>()));
+        CHECK(faults[0].refused == line.contains("said"));
+      });
 }
 
 TEST_CASE("bad input: NaN, infinity, and numbers too large to be squared") {

@@ -14,20 +14,12 @@
 #include "support/counted_allocations.hpp"
 
 using namespace quoin;
-using geometry::LeastOverlap;
-using geometry::make_box;
-using geometry::make_hull;
-using geometry::Matrix3;
-using geometry::Points;
-using geometry::Shape;
-using geometry::Vector3;
+using namespace geometry;
 using tests::allocations;
 using tests::Random;
 using tests::WithinAbs;
 
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 double larger(const Shape& p, const Shape& q) { return std::max(p.diameter(), q.diameter()); }
 

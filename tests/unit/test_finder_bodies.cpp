@@ -19,6 +19,15 @@ Placement at(const Vector3& place, const Matrix3& linear = Matrix3::Identity()) 
   return {linear, place};
 }
 
+/// Of a wall of bricks that are off by `jitter`, m.
+ContactFinder finder_of_wall(int rows, int columns, double jitter, std::uint64_t seed) {
+  Random random(seed);
+  const SharedShape brick = box(kBrick);
+  ContactFinder finder({.reach = 1e-3});
+  for (const Placement& place : wall(rows, columns, jitter, random)) finder.add(brick, place);
+  return finder;
+}
+
 /// A rotation by a small angle (rad) about z, exact enough to be one.
 Matrix3 turned(double angle) {
   Matrix3 m;
@@ -188,10 +197,8 @@ TEST_CASE("bodies: boxes hold the image in any placement") {
 }
 
 TEST_CASE("bodies: erasing one renames nothing, and its handle never comes again") {
-  Random random(6);
+  ContactFinder finder = finder_of_wall(5, 5, 1e-5, 6);
   const SharedShape brick = box(kBrick);
-  ContactFinder finder({.reach = 1e-3});
-  for (const Placement& place : wall(5, 5, 1e-5, random)) finder.add(brick, place);
   std::vector<ContactPoint> before, now;
   finder.find(before);
   finder.remove(7);
@@ -348,10 +355,7 @@ TEST_CASE("bodies: contacts begin, persist and end") {
 }
 
 TEST_CASE("bodies: what stands still is not searched again, and keeps its events and history") {
-  Random random(9);
-  const SharedShape brick = box(kBrick);
-  ContactFinder finder({.reach = 1e-3});
-  for (const Placement& place : wall(8, 8, 1e-5, random)) finder.add(brick, place);
+  ContactFinder finder = finder_of_wall(8, 8, 1e-5, 9);
   std::vector<ContactPoint> first, again;
   CHECK(finder.find(first).searched > 100);
   finder.find(first);

@@ -47,9 +47,8 @@ static quoin_body at_home(const quoin_shape* shape) {
 
 static quoin_placement at(double x, double y, double z) {
   quoin_placement placement = quoin_no_placement();
-  placement.translation[0] = x;
-  placement.translation[1] = y;
-  placement.translation[2] = z;
+  const double translation[3] = {x, y, z};
+  memcpy(placement.translation, translation, sizeof translation);
   return placement;
 }
 

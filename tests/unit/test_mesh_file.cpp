@@ -10,6 +10,7 @@
 #include "scene_file/moved_hulls.hpp"
 #include "scene_file/read_json.hpp"
 #include "support/catch.hpp"
+#include "support/json_lines.hpp"
 
 using namespace quoin;
 using namespace quoin::tests;
@@ -81,10 +82,7 @@ MeshBlock cube_mesh() {
 TEST_CASE("imports: each file makes its blocks, or one line says what is wrong and where") {
   const fs::path folder = fs::temp_directory_path() / "quoin_test_imports",
                  files = folder / "files";
-  std::ifstream cases(QUOIN_SOURCE_DIR "/tests/unit/imports.jsonl");
-  int count = 0;
-  for (std::string text; std::getline(cases, text); ++count) {
-    const json line = json::parse(text);
+  for_each_line(QUOIN_SOURCE_DIR "/tests/unit/imports.jsonl", 78, [&](const json& line) {
     fs::remove_all(folder);
     fs::create_directories(files);
     fs::create_directories(folder / "meshes");
@@ -101,8 +99,7 @@ TEST_CASE("imports: each file makes its blocks, or one line says what is wrong a
       CHECK_THROWS_WITH(check_file(path, line), ContainsSubstring(line["said"].get<std::string>()));
     else
       CHECK_NOTHROW(check_file(path, line));
-  }
-  CHECK(count >= 78);
+  });
   fs::remove_all(folder);
   CHECK_THROWS_WITH(read("none.json"), ContainsSubstring("can't be read"));
 }

@@ -1,12 +1,12 @@
 /// What a document that breaks a schema is told, to the letter: a line of schema_check.jsonl each.
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "scene_file/scene_error.hpp"
 #include "scene_file/schema_check.hpp"
 #include "support/catch.hpp"
+#include "support/json_lines.hpp"
 
 using nlohmann::json;
 
@@ -24,13 +24,8 @@ std::string breach(const json& schema, const json& document) {
 }  // namespace
 
 TEST_CASE("each document is told its breach, with its place, or nothing") {
-  std::ifstream cases(QUOIN_SOURCE_DIR "/tests/unit/schema_check.jsonl");
-  int count = 0;
-  for (std::string text; std::getline(cases, text); ++count) {
-    const json line = json::parse(text);
-    INFO(text);
-    CHECK(breach(line["schema"], line["document"]) == line["said"]);
-  }
-  CHECK(count >= 28);
+  quoin::tests::for_each_line(
+      QUOIN_SOURCE_DIR "/tests/unit/schema_check.jsonl", 28,
+      [](const json& line) { CHECK(breach(line["schema"], line["document"]) == line["said"]); });
   CHECK(breach({{"minimum", 0}}, std::nan("")) != "");
 }

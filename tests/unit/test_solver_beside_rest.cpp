@@ -13,7 +13,7 @@
 #include "support/sanitized.hpp"
 
 using namespace quoin::solver;
-using quoin::tests::unless_sanitized;
+using namespace quoin::tests;
 namespace geometry = quoin::geometry;
 
 namespace {

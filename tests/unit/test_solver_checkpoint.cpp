@@ -52,12 +52,6 @@ Scene mixed_wall(unsigned deformable) {
   return scene;
 }
 
-std::string saved(const Simulation& simulation) {
-  std::ostringstream out;
-  simulation.save(out);
-  return out.str();
-}
-
 }  // namespace
 
 TEST_CASE("a simulation that is read goes on as the one that was saved, to the bit") {

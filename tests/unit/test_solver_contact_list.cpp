@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "support/catch.hpp"
+#include "support/same_state.hpp"
 
 using namespace quoin::solver;
 using quoin::geometry::make_box;
@@ -36,12 +37,6 @@ Scene sliding_and_tumbling() {
 
 auto key_of(const Contact& contact) { return contact.point.key; }
 
-std::string saved(const Simulation& simulation) {
-  std::ostringstream out;
-  simulation.save(out);
-  return out.str();
-}
-
 std::vector<double> numbers(const State& state) {
   std::vector<double> result;
   for (const BlockState& block : state.blocks)
@@ -57,7 +52,7 @@ TEST_CASE("An island that needs another round finds no contact of the others twi
   const StepOptions options{.time_step = 2e-3, .reach = 1e-4};
   Simulation simulation(sliding_and_tumbling(), options);
   for (int i = 0; i < 100; ++i) {
-    std::istringstream before(saved(simulation));
+    std::istringstream before(quoin::tests::saved(simulation));
     REQUIRE(simulation.advance().status == StepStatus::Converged);
     const std::vector<Contact>& contacts = simulation.state().contacts;
     const auto twin = std::ranges::adjacent_find(

@@ -28,6 +28,12 @@ geometry::Shape box(const Vector3& low, const Vector3& size) {
   return geometry::make_box(low, low + size);
 }
 
+/// The block that was added last is given a motion.
+void set_moving(Scene& scene, const Vector3& velocity, const Vector3& spin = Vector3::Zero()) {
+  scene.blocks.back().velocity = velocity;
+  scene.blocks.back().angular_velocity = spin;
+}
+
 Scene empty_scene() {
   Scene scene;
   scene.joint.friction_angle = 0.6;
@@ -49,51 +55,49 @@ void add_tower(Scene& scene, const Vector3& at) {
 void add_impact(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
   scene.add_block(box(at + Vector3(-0.5, -0.5, 0), Vector3::Ones()), kRock);
-  const int falling = scene.add_block(box(at + Vector3(-0.3, -0.4, 1.02), Vector3::Ones()), kRock);
-  scene.blocks[static_cast<std::size_t>(falling)].velocity = Vector3(0.3, 0, -1);
+  scene.add_block(box(at + Vector3(-0.3, -0.4, 1.02), Vector3::Ones()), kRock);
+  set_moving(scene, Vector3(0.3, 0, -1));
 }
 
 /// A cube that slides and turns.
 void add_slider(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
-  const int b = scene.add_block(box(at + Vector3(-0.2, -0.2, 0), {0.4, 0.4, 0.4}), kRock);
-  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.5, 0.2, 0);
-  scene.blocks[static_cast<std::size_t>(b)].angular_velocity = Vector3(0, 0, 1);
+  scene.add_block(box(at + Vector3(-0.2, -0.2, 0), {0.4, 0.4, 0.4}), kRock);
+  set_moving(scene, Vector3(0.5, 0.2, 0), Vector3(0, 0, 1));
 }
 
 /// A cube that falls through the air and turns.
 void add_faller(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
-  const int b = scene.add_block(box(at + Vector3(0, 0, 9), Vector3::Ones()), kRock);
-  scene.blocks[static_cast<std::size_t>(b)].angular_velocity = Vector3(0.3, 0.2, 1);
+  scene.add_block(box(at + Vector3(0, 0, 9), Vector3::Ones()), kRock);
+  set_moving(scene, Vector3::Zero(), Vector3(0.3, 0.2, 1));
 }
 
 /// A cube that flies at another one by most of itself in 20 ms: the step is cut.
 void add_bullet(Scene& scene, const Vector3& at) {
   scene.add_rigid(box(at, Vector3::Ones()), kRigid);
-  const int b = scene.add_rigid(box(at + Vector3(0.2, -1.6, 0.1), Vector3::Ones()), kRigid);
-  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0, 40, 0);
+  scene.add_rigid(box(at + Vector3(0.2, -1.6, 0.1), Vector3::Ones()), kRigid);
+  set_moving(scene, Vector3(0, 40, 0));
 }
 
 /// A grain of a millimetre that slides on its own ground, in metres.
 void add_grain(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
-  const int b = scene.add_rigid(box(at, {1e-3, 1e-3, 1e-3}), kRigid);
-  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.05, 0, 0);
+  scene.add_rigid(box(at, {1e-3, 1e-3, 1e-3}), kRigid);
+  set_moving(scene, Vector3(0.05, 0, 0));
 }
 
 /// A cube so fast that the search reaches far beyond every other block.
 void add_shot(Scene& scene, const Vector3& at) {
-  const int b = scene.add_rigid(box(at + Vector3(0, 0, 3), Vector3::Ones()), kRigid);
-  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(-900, 0, 0);
+  scene.add_rigid(box(at + Vector3(0, 0, 3), Vector3::Ones()), kRigid);
+  set_moving(scene, Vector3(-900, 0, 0));
 }
 
 /// A cube that is put down on an edge and rocks: its face is tilted by less than a reach.
 void add_rocker(Scene& scene, const Vector3& at) {
   add_ground(scene, at);
-  const int b = scene.add_block(box(at + Vector3(-0.3, -0.3, 0), {0.6, 0.6, 1.2}), kRock);
-  scene.blocks[static_cast<std::size_t>(b)].angular_velocity = Vector3(0.1, 0.4, 0);
-  scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.2, 0, 0.05);
+  scene.add_block(box(at + Vector3(-0.3, -0.3, 0), {0.6, 0.6, 1.2}), kRock);
+  set_moving(scene, Vector3(0.2, 0, 0.05), Vector3(0.1, 0.4, 0));
 }
 
 /// A heap of small blocks, dropped: hard to solve.
@@ -139,8 +143,8 @@ Scene towers(int rows, int height) {
   for (int i = 0; i < rows * rows; ++i) {
     const Vector3 at(2.0 * (i % rows), 2.0 * (i / rows), 0);
     for (int k = 0; k < height; ++k) {
-      const int b = scene.add_rigid(box(at + Vector3(0, 0, k), {1, 1, 1}), kRigid);
-      scene.blocks[static_cast<std::size_t>(b)].velocity = Vector3(0.01 * (i + 1), 0.02 * k, 0);
+      scene.add_rigid(box(at + Vector3(0, 0, k), {1, 1, 1}), kRigid);
+      set_moving(scene, Vector3(0.01 * (i + 1), 0.02 * k, 0));
     }
   }
   return scene;

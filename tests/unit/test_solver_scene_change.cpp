@@ -35,12 +35,6 @@ void run(Simulation& simulation, int steps) {
   for (int i = 0; i < steps; ++i) REQUIRE(simulation.advance().status == StepStatus::Converged);
 }
 
-std::string saved(const Simulation& simulation) {
-  std::ostringstream out;
-  simulation.save(out);
-  return out.str();
-}
-
 }  // namespace
 
 TEST_CASE("what is laid is bonded, and goes on from a checkpoint to the bit") {
