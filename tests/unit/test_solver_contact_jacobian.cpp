@@ -115,30 +115,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("For small steps J is the gradient of gap and slip by finite differences") {
-  Random random(13);
-  for (int i = 0; i < 20; ++i) {
-    Setting s(random, 0.0, i % 2 == 0, random.uniform(-0.1, 0.1));
-    LinearContact linear;
-    linearise(s.contact, s.poses, s.models, linear);
-    const double h = 1e-6;
-    for (int b = 0; b < 2; ++b) {
-      for (int k = 0; k < 12; ++k) {
-        double gaps[2];
-        for (const int sign : {0, 1}) {
-          s.poses.increment.assign(2, Vector12::Zero());
-          s.poses.increment[static_cast<std::size_t>(b)][k] = sign == 0 ? -h : h;
-          s.move();
-          gaps[sign] = contact_geometry(s.contact, s.poses.end[0], s.poses.end[1]).gap;
-        }
-        const double numeric = (gaps[1] - gaps[0]) / (2 * h);
-        CHECK_THAT((b == 0 ? linear.jacobian_a : linear.jacobian_b).columns<12>()(0, k),
-                   WithinAbs(numeric, 1e-8));
-      }
-    }
-  }
-}
-
 TEST_CASE("Action equals reaction: forces and moments of a contact on both blocks cancel") {
   // V22: the reaction on the face's block acts at the contact, not at a vertex of the face. Moments
   // are taken about the world origin with the mean place of each centroid in the step. Shear

@@ -63,25 +63,3 @@ TEST_CASE("Mean motion times the increment is the exact displacement of a point,
     if (!deformable) CHECK(t.rightCols<6>().isZero(0.0));
   }
 }
-
-TEST_CASE("Motion is the derivative of the place of a point") {
-  Random random(3);
-  for (int i = 0; i < 50; ++i) {
-    const BlockState block = random_block(random);
-    const Vector12 rate = random_vector(random, 1.0);
-    const Vector3 arm = random_vector(random, 2.0).head<3>();
-    const double h = 1e-6;
-    const Vector3 difference =
-        (place(displaced(block, h * rate), arm) - place(displaced(block, -h * rate), arm)) /
-        (2 * h);
-    CHECK((motion(pose(block), arm, true) * rate - difference).norm() < 1e-8);
-  }
-}
-
-TEST_CASE("Strain as matrix and as columns on the arm agree") {
-  Random random(4);
-  const Vector6 strain = random_vector(random, 1.0).tail<6>();
-  const Vector3 arm = random_vector(random, 1.0).head<3>();
-  CHECK((strain_motion(arm) * strain - strain_matrix(strain) * arm).norm() < 1e-15);
-  CHECK((cross_matrix(arm) * Vector3(1, 2, 3) - arm.cross(Vector3(1, 2, 3))).norm() == 0.0);
-}

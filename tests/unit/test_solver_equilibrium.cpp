@@ -1,11 +1,11 @@
 /// Equilibrium and load factors against closed forms and published limit loads.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver/equilibrium.hpp>
 #include <quoin/solver/simulation.hpp>
-#include <string>
 
 #include "support/catch.hpp"
 
@@ -43,75 +43,23 @@ double limit(const Scene& scene, const Vector3& direction = Vector3::UnitX()) {
   return found.factor;
 }
 
-/// Rows from the bottom, by widths in bricks; minus: an opening [Ferris & Tin-Loi 2001].
-Scene brick_wall(const std::vector<std::vector<double>>& rows, double friction) {
+/// The first of Ferris and Tin-Loi's walls [Ferris & Tin-Loi 2001]: six courses in running bond.
+/// All six walls: tests/tools/test_limit.py.
+Scene first_wall() {
   constexpr double kLength = 0.4, kHeight = 0.175;  // m
-  Scene scene{.joint = {.friction_angle = std::atan(friction)}};
-  double width = 0.0;
-  for (const double brick : rows.front()) width += std::abs(brick);
-  scene.add_fixed(geometry::make_box({0, 0, -kHeight}, {kLength * width, 1, 0}));
-  for (std::size_t row = 0; row < rows.size(); ++row) {
-    double from = 0.0;
-    const double z = kHeight * static_cast<double>(row);
-    for (const double brick : rows[row]) {
-      const double to = from + std::abs(brick);
-      if (brick > 0.0) {
-        scene.add_rigid(geometry::make_box({kLength * from, 0, z}, {kLength * to, 1, z + kHeight}),
-                        kStone);
-      }
-      from = to;
+  Scene scene{.joint = {.friction_angle = std::atan(0.65)}};
+  scene.add_fixed(geometry::make_box({0, 0, -kHeight}, {5 * kLength, 1, 0}));
+  for (int row = 0; row < 6; ++row) {
+    const double shift = row % 2 == 0 ? 0.5 : 0.0, z = kHeight * row;
+    for (double from = -shift; from < 5.0; ++from) {
+      const double low = kLength * std::max(from, 0.0), high = kLength * std::min(from + 1, 5.0);
+      scene.add_rigid(geometry::make_box({low, 0, z}, {high, 1, z + kHeight}), kStone);
     }
   }
   return scene;
 }
 
-using Row = std::vector<double>;
-
-std::vector<Row> stacked(const std::string& order, const std::vector<Row>& kinds) {
-  std::vector<Row> rows;
-  for (const char c : order) rows.push_back(kinds[static_cast<std::size_t>(c - '0')]);
-  return rows;
-}
-
-std::vector<Row> wall(int number) {
-  const Row f5{.5, 1, 1, 1, 1, .5}, e5{1, 1, 1, 1, 1};
-  switch (number) {
-    case 1:
-      return stacked("010101", {f5, e5});
-    case 2:
-      return stacked("0101010101", {f5, e5});
-    case 3:
-      return stacked("01023232010",
-                     {{1, 1, 1, 1}, {.5, 1, 1, 1, .5}, {.5, 1, -1, 1, .5}, {1, .5, -1, .5, 1}});
-    case 4:
-      return stacked("01023232010", {f5, e5, {1, -1, 1, -1, 1}, {.5, .5, -1, .5, .5, -1, .5, .5}});
-    case 5:
-      return stacked(
-          "010232320102323201"
-          "0",
-          {{.5, 1, 1, .5}, {1, 1, 1}, {1, -1, 1}, {.5, .5, -1, .5, .5}});
-    default:
-      return stacked(
-          "01012323210123232101"
-          "0",
-          {{.5, 1, 1, 1, 1, 1, 1, .5},
-           {1, 1, 1, 1, 1, 1, 1},
-           {.5, 1, -1, 1, 1, -1, 1, .5},
-           {1, .5, -1, .5, 1, .5, -1, .5, 1}});
-  }
-}
-
 }  // namespace
-
-TEST_CASE("a block on a plane slides at mu or turns over at width / height") {
-  Scene flat = on_ground(0.3);
-  flat.add_rigid(geometry::make_box({0, 0, 0}, {2, 1, 0.5}), kStone);
-  REQUIRE_THAT(limit(flat), WithinAbs(0.3, 1e-7));
-  Scene slim = on_ground(0.8);
-  slim.add_rigid(geometry::make_box({0, 0, 0}, {0.5, 3, 2}), kStone);
-  REQUIRE_THAT(limit(slim), WithinAbs(0.25, 1e-7));
-  REQUIRE_THAT(limit(slim, Vector3(0.6, 0.8, 0).normalized()), WithinAbs(0.25 / 0.6, 1e-6));
-}
 
 TEST_CASE("cohesion and tension are borne on the contact area") {
   Scene scene = on_ground(0.5);
@@ -125,11 +73,7 @@ TEST_CASE("cohesion and tension are borne on the contact area") {
   REQUIRE_THAT(limit(scene, Vector3::UnitZ()), WithinAbs(1.0 + 5e3 * 4.0 / weight, 1e-5));
 }
 
-TEST_CASE("a column turns over as one, and leans out by half its width") {
-  Scene column = on_ground(0.8);
-  for (int i = 0; i < 3; ++i)
-    column.add_rigid(geometry::make_box({0, 0, 1.0 * i}, {1, 1, i + 1.0}), kStone);
-  REQUIRE_THAT(limit(column, Vector3::UnitY()), WithinAbs(1.0 / 3.0, 1e-7));
+TEST_CASE("a column leans out by half its width") {
   for (const double out : {0.4999, 0.5001}) {
     Scene leaning = on_ground(0.8);
     leaning.add_rigid(geometry::make_box({0, 0, 0}, {1, 1, 1}), kStone);
@@ -140,23 +84,19 @@ TEST_CASE("a column turns over as one, and leans out by half its width") {
   }
 }
 
-TEST_CASE("masonry walls have the limit loads of Ferris and Tin-Loi's set") {
-  const std::vector<double> exact{0.642859003, 0.579998611, 0.403694, 0.331948, 0.239643, 0.347825};
-  for (int number = 1; number <= 6; ++number) {
-    CAPTURE(number);
-    const Scene scene = brick_wall(wall(number), 0.65);
-    const double factor = limit(scene);
-    REQUIRE_THAT(factor, WithinAbs(exact[static_cast<std::size_t>(number - 1)], 1e-6));
-    const EquilibriumProblem problem = pushed(scene, Vector3::UnitX());
-    const Equilibrium below = find_equilibrium(problem, 0.999 * factor);
-    REQUIRE(below.verdict == EquilibriumVerdict::Admissible);
-    REQUIRE(below.margin > 0.0);
-    const Equilibrium above = find_equilibrium(problem, 1.001 * factor);
-    REQUIRE(above.verdict == EquilibriumVerdict::Mechanism);
-    REQUIRE(above.incompatibility == 0.0);
-    REQUIRE(above.power > above.dissipation);
-    REQUIRE(above.factorizations <= 40);
-  }
+TEST_CASE("a masonry wall stands below its limit load, and falls above it") {
+  const Scene scene = first_wall();
+  const double factor = limit(scene);
+  REQUIRE_THAT(factor, WithinAbs(0.642859003, 1e-6));
+  const EquilibriumProblem problem = pushed(scene, Vector3::UnitX());
+  const Equilibrium below = find_equilibrium(problem, 0.999 * factor);
+  REQUIRE(below.verdict == EquilibriumVerdict::Admissible);
+  REQUIRE(below.margin > 0.0);
+  const Equilibrium above = find_equilibrium(problem, 1.001 * factor);
+  REQUIRE(above.verdict == EquilibriumVerdict::Mechanism);
+  REQUIRE(above.incompatibility == 0.0);
+  REQUIRE(above.power > above.dissipation);
+  REQUIRE(above.factorizations <= 40);
 }
 
 TEST_CASE("a bond hangs a block without cohesion, and bears shear as steps do") {
@@ -201,7 +141,7 @@ TEST_CASE("a bond hangs a block without cohesion, and bears shear as steps do") 
 
 TEST_CASE(
     "a mechanism is looked for by fewer factorizations where forces exist, with gaps closed") {
-  EquilibriumProblem problem = pushed(brick_wall(wall(1), 0.65), Vector3::UnitX());
+  EquilibriumProblem problem = pushed(first_wall(), Vector3::UnitX());
   const std::vector<EquilibriumBlock> blocks = problem.blocks;
   for (const double factor : {0.5, 0.6, 0.645}) {
     for (std::size_t b = 0; b < blocks.size(); ++b)

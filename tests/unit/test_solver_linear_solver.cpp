@@ -1,7 +1,6 @@
 /// Elimination and linear solver against dense matrices of the same blocks.
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <quoin/geometry/worker_pool.hpp>
 #include <set>
 
@@ -243,29 +242,4 @@ TEST_CASE("What cannot be factorized is said") {
   Problem general(random, 1, 0, MatrixShape::General);
   general.system.diagonal[0].setZero();
   CHECK_FALSE(LinearSolver(general.slots).factorize(general.system));
-}
-
-TEST_CASE("Supernodes hold every place once, children before parents") {
-  Random random(4);
-  const Problem problem(random, 80, 160, MatrixShape::Symmetric);
-  const Elimination elimination = make_elimination(80, problem.system.pairs);
-  int next = 0;
-  for (std::size_t s = 0; s < elimination.supernodes.size(); ++s) {
-    const Supernode& node = elimination.supernodes[s];
-    CHECK(node.first == next);
-    CHECK(node.end > node.first);
-    next = node.end;
-    if (node.parent < 0) {
-      CHECK(elimination.below[s].empty());
-      continue;
-    }
-    REQUIRE(node.parent > static_cast<int>(s));
-    const Supernode& parent = elimination.supernodes[static_cast<std::size_t>(node.parent)];
-    const auto left = elimination.below[static_cast<std::size_t>(node.parent)];
-    for (const int place : elimination.below[s]) {  // the parent has room for what is left
-      const bool own = place >= parent.first && place < parent.end;
-      CHECK((own || std::count(left.begin(), left.end(), place) == 1));
-    }
-  }
-  CHECK(next == 80);
 }

@@ -82,6 +82,12 @@ double spring_energy(const LinearContact& c, const Vector3& d) {
   return normal + (rough ? 0.5 * c.shear_stiffness * d.tail<2>().squaredNorm() : 0.0);
 }
 
+OpenCloseResult solved(Problem& p, double tolerance) {
+  const OpenCloseResult result = p.solve(tolerance);
+  REQUIRE(result.converged);
+  return result;
+}
+
 double energy(const Problem& p, const BlockVector& d) {
   double sum = 0.0;
   for (std::size_t s = 0; s < d.size(); ++s)
@@ -97,8 +103,7 @@ TEST_CASE("Springs: the solution is where the gradient of the total energy vanis
   for (const ContactLaw law : {ContactLaw::Frictionless, ContactLaw::Bilateral}) {
     for (int i = 0; i < 20; ++i) {
       Problem p(random, 6, law, true);
-      const OpenCloseResult result = p.solve(1e-12);
-      REQUIRE(result.converged);
+      solved(p, 1e-12);
       const double h = 1e-6;
       for (std::size_t s = 0; s < 2; ++s) {
         for (int k = 0; k < 12; ++k) {
@@ -117,9 +122,7 @@ TEST_CASE("Springs that stay closed are one linear solve: the Hessian is exact")
   Random random(22);
   for (int i = 0; i < 20; ++i) {
     Problem p(random, 6, ContactLaw::Bilateral, true);
-    const OpenCloseResult result = p.solve(1e-10);
-    CHECK(result.converged);
-    CHECK(result.solves == 1);
+    CHECK(solved(p, 1e-10).solves == 1);
   }
 }
 
@@ -127,8 +130,7 @@ TEST_CASE("Exact contacts: no overlap, no tension, forces where the gap is close
   Random random(23);
   for (int i = 0; i < 50; ++i) {
     Problem p(random, 5, ContactLaw::Frictionless, false);
-    const OpenCloseResult result = p.solve(1e-11);
-    REQUIRE(result.converged);
+    solved(p, 1e-11);
     for (const LinearContact& c : p.contacts) {
       const Vector3 d = p.relative(c, p.increment);
       CHECK(c.force[0] >= 0.0);
@@ -168,7 +170,7 @@ TEST_CASE("Coulomb's law holds at every contact of the converged step") {
 TEST_CASE("Forces on both blocks of the solution balance: K D = F + J^T f") {
   Random random(25);
   Problem p(random, 5, ContactLaw::Frictionless, false);
-  REQUIRE(p.solve(1e-11).converged);
+  solved(p, 1e-11);
   for (std::size_t s = 0; s < 2; ++s) {
     Vector12 left = p.force[s] - p.base.diagonal[s] * p.increment[s];
     for (const LinearContact& c : p.contacts) {
