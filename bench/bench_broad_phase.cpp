@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <quoin/geometry/broad_phase.hpp>
 
 #include "boxes_peer.hpp"
 #include "harness.hpp"
@@ -12,9 +13,24 @@ namespace {
 
 constexpr int kSteps = 60;
 
+class QuoinBoxes final : public BoxesPeer {
+ public:
+  using BoxesPeer::BoxesPeer;
+  void load(std::span<const geometry::Box> boxes) override {
+    broad_phase_ = {};
+    broad_phase_.find_candidates(boxes, 0.0);
+  }
+  std::size_t step(std::span<const geometry::Box> boxes) override {
+    return broad_phase_.find_candidates(boxes, 0.0).size();
+  }
+
+ private:
+  geometry::BroadPhase broad_phase_;
+};
+
 BoxesPeers make_peers() {
   BoxesPeers peers;
-  append_quoin(peers);
+  peers.push_back(std::make_unique<QuoinBoxes>("quoin"));
 #ifdef QUOIN_BENCH_FCL
   append_fcl(peers);
 #endif

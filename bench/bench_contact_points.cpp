@@ -13,13 +13,6 @@ namespace {
 
 constexpr const char* kYardstick = "ODE dBoxBox";
 
-ManifoldPeers make_peers() {
-  ManifoldPeers peers;
-  append_quoin(peers);
-  append_plugins(peers);
-  return peers;
-}
-
 /// Area of the convex hull of points that lie in a plane with the given normal, m2.
 double hull_area(const std::vector<ManifoldPoint>& points, const Vector3& normal) {
   const Vector3 u = normal.unitOrthogonal(), v = normal.cross(u);
@@ -120,30 +113,14 @@ Entry make_entry(ManifoldPeer& peer, const std::string& name, const Workload& wo
   return entry;
 }
 
-/// After a pass that is not counted.
-void count_queries(ManifoldPeer& peer, const std::string& name, const Workload& workload) {
-  peer.load(workload);
-  std::vector<int> pairs(workload.pairs.size());
-  std::iota(pairs.begin(), pairs.end(), 0);
-  start_callgrind();
-  benchmark::DoNotOptimize(peer.ask_all(pairs));
-  counted([&] { benchmark::DoNotOptimize(peer.ask_all(pairs)); });
-  print_counted(name, peer.name(), pairs.size());
-}
-
 std::vector<Entry> run_workload(const std::string& name, const Arguments& arguments) {
   const Workload workload = make_workload(name, {arguments.quick ? 0.125 : 1.0, 1});
-  ManifoldPeers peers = make_peers();
-  std::vector<Entry> entries;
-  for (const auto& peer : peers) {
-    if (!peer->answers(workload)) continue;
-    if (peer->name() == arguments.count) {
-      count_queries(*peer, name, workload);
-      entries.push_back({.workload = name, .peer = peer->name()});
-    }
-    if (!arguments.count.empty()) continue;
-    entries.push_back(make_entry(*peer, name, workload));
-  }
+  ManifoldPeers peers;
+  append_quoin(peers);
+  append_plugins(peers);
+  std::vector<Entry> entries =
+      entries_of(peers, name, workload, arguments,
+                 [&](ManifoldPeer& peer) { return make_entry(peer, name, workload); });
   if (entries.empty() || !arguments.count.empty()) return entries;
   // The yardstick of all of W4: ODE on the overlapping boxes, timed in the same group.
   const Workload boxes = make_workload("W4/box-overlap", {arguments.quick ? 0.125 : 1.0, 1});
@@ -161,12 +138,8 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  std::vector<Contest> contests;
-  for (const std::string& name : manifold_workload_names()) {
-    contests.push_back(
-        {name, kYardstick,
-         [name](const Arguments& arguments) { return run_workload(name, arguments); }, false,
-         true});
-  }
-  return run_contests(argc, argv, contests);
+  return run_contests(
+      argc, argv,
+      contests_of(
+          manifold_workload_names(), [](const auto&) { return kYardstick; }, run_workload));
 }

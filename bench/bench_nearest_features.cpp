@@ -103,35 +103,14 @@ bool plain(const Peers& plain_peers, const std::string& name) {
   return false;
 }
 
-/// After a pass over the first step that is not counted.
-void count_queries(Peer& peer, const std::string& name, const Workload& workload) {
-  peer.load(workload);
-  std::vector<int> pairs(workload.pairs.size());
-  std::iota(pairs.begin(), pairs.end(), 0);
-  start_callgrind();
-  for (int step = 0; step < workload.steps; ++step) {
-    peer.place(step);
-    if (step == 0) benchmark::DoNotOptimize(peer.ask_all(pairs));
-    counted([&] { benchmark::DoNotOptimize(peer.ask_all(pairs)); });
-  }
-  print_counted(name, peer.name(), pairs.size() * static_cast<std::size_t>(workload.steps));
-}
-
 std::vector<Entry> run_workload(const std::string& name, const Arguments& arguments) {
   const WorkloadScale scale = arguments.quick ? WorkloadScale{0.125, 20} : WorkloadScale{};
   const Workload workload = make_workload(name, scale);
   Peers peers = make_peers(arguments.settings);
   const Peers usual = make_peers(false);
-  std::vector<Entry> entries;
-  for (const auto& peer : peers) {
-    if (!peer->answers(workload)) continue;
-    if (peer->name() == arguments.count) {
-      count_queries(*peer, name, workload);
-      entries.push_back({.workload = name, .peer = peer->name()});
-    }
-    if (!arguments.count.empty()) continue;
-    entries.push_back(make_entry(*peer, name, workload, !plain(usual, peer->name())));
-  }
+  std::vector<Entry> entries = entries_of(peers, name, workload, arguments, [&](Peer& peer) {
+    return make_entry(peer, name, workload, !plain(usual, peer.name()));
+  });
   if (entries.empty() || !arguments.count.empty()) return entries;
   HarnessOptions options = arguments.harness;
   if (workload.steps > 1) options.repetitions = (options.repetitions + 2) / 3;  // medians already
@@ -144,12 +123,8 @@ std::vector<Entry> run_workload(const std::string& name, const Arguments& argume
 
 int main(int argc, char** argv) {
   using namespace quoin::bench;
-  std::vector<Contest> contests;
-  for (const std::string& name : distance_workload_names()) {
-    contests.push_back(
-        {name, name.starts_with("W5") ? "libccd EPA 1e-9" : "FCL libccd",
-         [name](const Arguments& arguments) { return run_workload(name, arguments); }, false,
-         true});
-  }
-  return run_contests(argc, argv, contests);
+  const auto reference = [](const std::string& name) {
+    return name.starts_with("W5") ? "libccd EPA 1e-9" : "FCL libccd";
+  };
+  return run_contests(argc, argv, contests_of(distance_workload_names(), reference, run_workload));
 }

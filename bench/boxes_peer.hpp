@@ -23,7 +23,6 @@ class BoxesPeer {
 };
 using BoxesPeers = std::vector<std::unique_ptr<BoxesPeer>>;
 
-void append_quoin(BoxesPeers& peers);
 #ifdef QUOIN_BENCH_FCL
 void append_fcl(BoxesPeers& peers);
 #endif

@@ -213,6 +213,19 @@ Arguments parse(int argc, char** argv) {
 
 }  // namespace
 
+std::vector<Contest> contests_of(const std::vector<std::string>& names,
+                                 const std::function<std::string(const std::string&)>& reference,
+                                 std::vector<Entry> (*run)(const std::string&, const Arguments&)) {
+  std::vector<Contest> contests;
+  for (const std::string& name : names) {
+    contests.push_back({.name = name,
+                        .reference = reference(name),
+                        .run = [=](const Arguments& arguments) { return run(name, arguments); },
+                        .countable = true});
+  }
+  return contests;
+}
+
 int run_contests(int argc, char** argv, const std::vector<Contest>& contests) {
   const Arguments arguments = parse(argc, argv);
   const std::regex wanted(arguments.filter);

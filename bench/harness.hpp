@@ -71,6 +71,11 @@ struct Contest {
   bool countable = false;  ///< knows --count
 };
 
+/// Contests that know --count, by the names of their workloads.
+std::vector<Contest> contests_of(const std::vector<std::string>& names,
+                                 const std::function<std::string(const std::string&)>& reference,
+                                 std::vector<Entry> (*run)(const std::string&, const Arguments&));
+
 /// The main of a program: runs the contests that the command line wants, prints them and writes the
 /// result file. Returns the exit code: 2 where --count has nothing to count.
 int run_contests(int argc, char** argv, const std::vector<Contest>& contests);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "harness.hpp"
 #include "workloads.hpp"
 
 namespace quoin::bench {
@@ -17,10 +18,11 @@ struct Answer {
   Vector3 point_a = Vector3::Zero(), point_b = Vector3::Zero();
 };
 
-class Peer {
+/// What those who answer distances and those who list manifolds have in common.
+class AnyPeer {
  public:
-  explicit Peer(std::string name) : name_(std::move(name)) {}
-  virtual ~Peer() = default;
+  explicit AnyPeer(std::string name) : name_(std::move(name)) {}
+  virtual ~AnyPeer() = default;
   const std::string& name() const { return name_; }
 
   /// Whether it has an answer to this kind of question at all.
@@ -28,16 +30,21 @@ class Peer {
   /// Builds its shapes; not timed.
   virtual void load(const Workload& workload) = 0;
   /// Moves its shapes to the poses of a step; not timed with the queries.
-  virtual void place(int step) = 0;
-  /// Forgets what it learned of the steps before.
-  virtual void forget() {}
-  /// May throw.
-  virtual Answer ask(int pair) = 0;
+  virtual void place(int /*step*/) {}
   /// What is timed: all these pairs, one after the other. Returns a sum of the gaps.
   virtual double ask_all(std::span<const int> pairs) = 0;
 
  private:
   std::string name_;
+};
+
+class Peer : public AnyPeer {
+ public:
+  using AnyPeer::AnyPeer;
+  /// Forgets what it learned of the steps before.
+  virtual void forget() {}
+  /// May throw.
+  virtual Answer ask(int pair) = 0;
 };
 
 /// Keeps the call of `query` inside the timed loop free of virtual calls.
@@ -59,18 +66,10 @@ struct ManifoldPoint {
   double gap = 0.0;  ///< m
 };
 
-class ManifoldPeer {
+class ManifoldPeer : public AnyPeer {
  public:
-  explicit ManifoldPeer(std::string name) : name_(std::move(name)) {}
-  virtual ~ManifoldPeer() = default;
-  const std::string& name() const { return name_; }
-  virtual bool answers(const Workload& workload) const = 0;
-  virtual void load(const Workload& workload) = 0;
+  using AnyPeer::AnyPeer;
   virtual void ask(int pair, std::vector<ManifoldPoint>& points) = 0;
-  virtual double ask_all(std::span<const int> pairs) = 0;
-
- private:
-  std::string name_;
 };
 
 using Peers = std::vector<std::unique_ptr<Peer>>;
@@ -82,5 +81,23 @@ void append_quoin(ManifoldPeers& peers);
 /// The libraries of the referee's plug-ins that were built.
 void append_plugins(Peers& peers);
 void append_plugins(ManifoldPeers& peers);
+
+/// By callgrind, all pairs of all steps, after a pass over the first step that is not counted.
+void count_queries(AnyPeer& peer, const std::string& name, const Workload& workload);
+
+/// Everybody who answers pairs, and the entries of those who are counted or timed on a workload.
+template <class Peers, class Make>
+std::vector<Entry> entries_of(const Peers& peers, const std::string& name, const Workload& workload,
+                              const Arguments& arguments, const Make& make_entry) {
+  std::vector<Entry> entries;
+  for (const auto& peer : peers) {
+    if (!peer->answers(workload)) continue;
+    if (arguments.count.empty()) entries.push_back(make_entry(*peer));
+    if (peer->name() != arguments.count) continue;
+    count_queries(*peer, name, workload);
+    entries.push_back({.workload = name, .peer = peer->name()});
+  }
+  return entries;
+}
 
 }  // namespace quoin::bench

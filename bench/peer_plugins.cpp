@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <quoin/referee.h>
 
+#include <numeric>
 #include <stdexcept>
 
 #include "peer.hpp"
@@ -174,6 +175,19 @@ class PluginManifold final : public ManifoldPeer {
 };
 
 }  // namespace
+
+void count_queries(AnyPeer& peer, const std::string& name, const Workload& workload) {
+  peer.load(workload);
+  std::vector<int> pairs(workload.pairs.size());
+  std::iota(pairs.begin(), pairs.end(), 0);
+  start_callgrind();
+  for (int step = 0; step < workload.steps; ++step) {
+    peer.place(step);
+    if (step == 0) benchmark::DoNotOptimize(peer.ask_all(pairs));
+    counted([&] { benchmark::DoNotOptimize(peer.ask_all(pairs)); });
+  }
+  print_counted(name, peer.name(), pairs.size() * static_cast<std::size_t>(workload.steps));
+}
 
 void append_plugins(Peers& peers) {
   for (const Library* library : libraries()) {
