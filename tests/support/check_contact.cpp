@@ -34,15 +34,6 @@ bool vertex_face_or_edges(const ContactPoint& c) {
          (a == FeatureKind::Edge && b == FeatureKind::Edge);
 }
 
-/// How far off its solid a point is: the kind of the fault says whether tol excuses it.
-void check_on_solid(const Trial& trial, int side, const geometry::Vector3& point, double slack,
-                    Faults& faults) {
-  const double off = trial.exact.distance(side, point, slack);
-  const char* kind = off <= trial.tolerance + slack ? "point off by less than tol" : "point off";
-  faults.expect(off <= slack, kind, "a contact point is ", off, " off ", side == 0 ? "A" : "B",
-                ", allowed ", slack);
-}
-
 void check_point(const Trial& trial, const NearestFeatures& n, const ContactPoint& c, double reach,
                  Faults& faults) {
   const double slack = trial.allowed_place(n.gap);
@@ -62,72 +53,13 @@ void check_point(const Trial& trial, const NearestFeatures& n, const ContactPoin
                 ", allowed ", slack);
   const double limit = n.gap + std::max(reach, trial.tolerance) + slack;
   faults.expect(c.gap <= limit, "point out of reach", "gap ", c.gap, " above ", limit);
-  check_on_solid(trial, 0, c.point_a, slack, faults);
-  check_on_solid(trial, 1, c.point_b, slack, faults);
-}
-
-Real distance(const Place& p, const Place& q) { return std::hypot(p[0] - q[0], p[1] - q[1]); }
-
-/// Places of points, between those on A and B.
-std::vector<Place> places_of(const Trial& trial, const PlaneFrame& frame,
-                             const std::vector<ContactPoint>& points) {
-  std::vector<Place> places;
-  for (const ContactPoint& c : points) {
-    const Place a = frame.place(trial.exact.place(c.point_a));
-    const Place b = frame.place(trial.exact.place(c.point_b));
-    places.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
-  }
-  return places;
+  judge_places(trial.exact, {c.point_a, c.point_b}, slack, "point", trial.tolerance, faults);
 }
 
 std::vector<Place> places_of(const ExactPatch& patch) {
   std::vector<Place> places;
   for (const PatchCorner& corner : patch.corners) places.push_back(corner.place);
   return places;
-}
-
-/// How far a corner stands out beyond the line between its neighbours; a segment's end by all of
-/// it.
-Real standing_out(const ExactPatch& patch, std::size_t i) {
-  const std::size_t count = patch.corners.size();
-  if (count == 1) return std::numeric_limits<Real>::infinity();
-  return distance_to_places(
-      {patch.corners[(i + 1) % count].place, patch.corners[(i + count - 1) % count].place},
-      patch.corners[i].place);
-}
-
-Real distance_to_nearest(const std::vector<Place>& places, const Place& place) {
-  Real nearest = std::numeric_limits<Real>::infinity();
-  for (const Place& other : places) nearest = std::min(nearest, distance(place, other));
-  return nearest;
-}
-
-/// How far the point at a corner may lie from the place given, m. Each of the lines that cross
-/// there is known to `slack`; that of an edge may as well run between other ends as far apart,
-/// which lie up to open_ends beside those taken. (An end itself, of sine 1, has tol for that.)
-Real blur_of(const ExactPatch& patch, const PatchCorner& corner, Real slack) {
-  const int edges = patch.type == ContactType::EdgeEdgeCrossing ? 2 : corner.sine < 1 ? 1 : 0;
-  return (2 * slack + edges * patch.open_ends) / std::max(corner.sine, Real(kEps));
-}
-
-void check_corners(const Trial& trial, const NearestFeatures& n, const ExactPatch& patch,
-                   const std::vector<Place>& places, Faults& faults) {
-  const Real tolerance = trial.tolerance, slack = trial.allowed_place(n.gap);
-  const CornerLengths lengths{trial.tolerance, trial.smaller, trial.allowed_gap(0)};
-  for (std::size_t i = 0; i < patch.corners.size(); ++i) {
-    const PatchCorner& corner = patch.corners[i];
-    if (corner.excess > tolerance - slack) continue;  // its gap may be out of reach
-    const Real blur = blur_of(patch, corner, slack);
-    const Real beyond = distance_to_places(places, corner.place);
-    const Real nearest = distance_to_nearest(places, corner.place);
-    const bool shown =
-        nearest <= tolerance + blur || standing_out(patch, i) <= 4 * tolerance + 4 * blur ||
-        lies_on_cut(trial.exact, n.normal, corner, lengths.tolerance, lengths.extent);
-    const bool covered = beyond <= 2 * tolerance + blur && shown;
-    faults.expect(covered || !asks_for_point(trial.exact, n.normal, patch, corner, lengths),
-                  "corner", "a corner of the exact patch is ", nearest, " from the nearest point, ",
-                  beyond, " outside all");
-  }
 }
 
 Real extent_of(const std::vector<Place>& places) {
@@ -291,18 +223,17 @@ void check_contact(const Trial& trial, const PairContact& contact, Faults& fault
   check_points(trial, contact, 0.0, faults);
   const NearestFeatures& n = contact.nearest;
   const double slack = trial.allowed_place(n.gap);
-  const ExactPatch patch = exact_patch(
-      trial.exact, n.normal,
-      {.tolerance = trial.tolerance, .decision = slack, .border = 2 * kEps * trial.larger});
+  const ExactPatch patch = judged_patch(trial.exact, n.normal, trial.tolerance, slack, trial);
   const PlaneFrame frame(n.normal);
-  const std::vector<Place> places = places_of(trial, frame, contact.points);
+  const std::vector<Place> places = middles(trial.exact, frame, contact.points);
   const Polygon reported = reported_polygon(trial, frame, contact);
   Polygon polygon{places_of(patch), patch.area, patch.centroid};
   if (patch.clear) {
     faults.expect(contact.type == patch.type, "type", name(contact.type), " for ",
                   name(patch.type));
     if (contact.type != patch.type) return;  // what follows would say the same again
-    check_corners(trial, n, patch, places, faults);
+    const CornerLengths lengths{trial.tolerance, trial.smaller, trial.allowed_gap(0)};
+    judge_corners(trial.exact, n.normal, patch, places, lengths, slack, faults);
     check_polygon(trial, reported, patch, slack, faults);
   }
   if (!patch.clear || patch.corners.empty())  // open, or apart by no more than rounding

@@ -1,7 +1,7 @@
 #pragma once
 /// The judge of contact points: the exact patch against what the library lists.
 
-#include "referee/pairs/exact_patch.hpp"
+#include "referee/pairs/judged.hpp"
 #include "support/trial.hpp"
 
 namespace quoin::tests {
@@ -9,11 +9,7 @@ namespace quoin::tests {
 /// Type, polygon, area and points listed for `reach` 0 (that is, up to tol above the least gap):
 ///   - points: as in check_points;
 ///   - *type*, where it is clear;
-///   - *corner*: none of the exact patch is missing. One whose gap is surely within tol, and at
-///     which the solids end (asks_for_point), is within 2 tol of the points' hull, and one that
-///     stands out by more than 4 tol within tol of a point, but for those on a side where tol cuts
-///     a face (lies_on_cut) (all plus what is allowed for a place, over the sine of the lines that
-///     cross there);
+///   - *missing corner*: as in judge_corners;
 ///   - *area*: of the patch within its perimeter times what is allowed for a place, and the sum of
 ///     the shares is the area;
 ///   - *moment*: the shares' first moment is that of the polygon: off by no more than the area is,

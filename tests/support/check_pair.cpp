@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "support/check_contact.hpp"
+#include "support/same_contacts.hpp"
 
 namespace quoin::tests {
 namespace {
@@ -48,11 +49,7 @@ void check_witnesses(const Trial& trial, const NearestFeatures& n, Faults& fault
   const double along = (n.point_b - n.point_a).dot(n.normal);
   faults.expect(std::abs(along - n.gap) <= slack, "witness", "(point_b - point_a)·normal ", along,
                 " but gap ", n.gap);
-  for (const int side : {0, 1}) {
-    const double off = trial.exact.distance(side, side == 0 ? n.point_a : n.point_b, slack);
-    faults.expect(off <= slack, "witness", off, " off ", side == 0 ? "A" : "B", ", allowed ",
-                  slack);
-  }
+  judge_places(trial.exact, {n.point_a, n.point_b}, slack, "witness", 0.0, faults);
   const double apart = (n.point_b - n.point_a - n.gap * n.normal).norm();
   faults.expect(apart <= slack, "witness", "not over each other along the normal, off by ", apart);
 }
@@ -68,23 +65,18 @@ void check_status(const Trial& trial, const NearestFeatures& n, Faults& faults) 
                 trial.tolerance, " where ", stated, " is stated");
 }
 
-/// Finite, converged, a unit normal. Without these nothing else can be asked.
+/// Finite and converged. Without these nothing else can be asked.
 bool usable(const NearestFeatures& n, Faults& faults) {
   faults.expect(n.status != PairStatus::NotConverged, "not converged", n.iterations, " iterations");
   faults.expect(finite(n), "not finite", "gap ", n.gap);
-  faults.expect(std::abs(n.normal.norm() - 1) <= 4 * kEps, "normal", "of length ", n.normal.norm());
   return faults.list.empty();
 }
 
 void check_gap(const Trial& trial, const NearestFeatures& n, PairVerdict& verdict, Faults& faults) {
   const Real gap = verdict.exact.gap;
   verdict.allowed_error = trial.allowed_gap(gap);
-  verdict.gap_error = static_cast<double>(std::abs(n.gap - gap));
-  faults.expect(verdict.gap_error <= verdict.allowed_error, "gap", n.gap, " exact ", gap, " error ",
-                verdict.gap_error, " allowed ", verdict.allowed_error);
-  const Real along = gap_along(trial.exact, n.normal);
-  faults.expect(along >= gap - Real(verdict.allowed_error), "normal", "along it the gap is ", along,
-                ", exact ", gap, ", allowed ", verdict.allowed_error);
+  verdict.gap_error = judge_gap(verdict.exact, n.gap, verdict.allowed_error, faults);
+  judge_normal(trial.exact, verdict.exact, n.normal, 4 * kEps, verdict.allowed_error, faults);
   if (gap > 1e3 * trial.allowed_place(gap)) {  // the normal of a distance is unique
     const double off = (n.normal - verdict.exact.normal).norm();
     const double allowed = 16 * trial.allowed_gap(0) / static_cast<double>(gap) + 1e-12;
@@ -144,21 +136,11 @@ void check_step_before(const Trial& trial, const NearestFeatures& n, Random& ran
   expect_same(n, trial.query.nearest(then.hint), "hint: step before", faults);
 }
 
-bool same(const ContactPoint& c, const ContactPoint& d) {
-  return c.key == d.key && c.type == d.type && c.point_a == d.point_a && c.point_b == d.point_b &&
-         c.normal == d.normal && c.gap == d.gap && c.area == d.area;
-}
-
-bool same(const std::vector<ContactPoint>& points, const std::vector<ContactPoint>& others) {
-  return std::equal(points.begin(), points.end(), others.begin(), others.end(),
-                    [](const ContactPoint& c, const ContactPoint& d) { return same(c, d); });
-}
-
 /// The points of a wider reach, where they are others.
 void check_reach(const Trial& trial, const PairContact& contact, Faults& faults) {
   const double reach = 1e-3 * trial.smaller;
   const PairContact wider = trial.query.contact({.reach = reach});
-  if (!same(wider.points, contact.points)) check_points(trial, wider, reach, faults);
+  if (!same_but_previous(wider.points, contact.points)) check_points(trial, wider, reach, faults);
 }
 
 /// Nearest features and points asked in one: the way there is another, the answer is not.
@@ -168,7 +150,7 @@ void check_in_one(const Trial& trial, const NearestFeatures& n, Faults& faults) 
   const NearestFeatures m = trial.query.contacts_within(reach, points);
   expect_same(n, m, "in one", faults);
   const PairContact apart = trial.query.contact({.reach = std::max(0.0, reach - m.gap)});
-  faults.expect(same(points, apart.points), "in one", "other points");
+  faults.expect(same_but_previous(points, apart.points), "in one", "other points");
 }
 
 /// May a motion that rounds have made the solids so thin that they are refused?

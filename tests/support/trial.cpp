@@ -1,5 +1,7 @@
 #include "support/trial.hpp"
 
+#include "referee/pairs/judged.hpp"
+
 namespace quoin::tests {
 namespace {
 
@@ -52,9 +54,7 @@ void check_taken(const SolidPair& pair, Faults& faults) {
 }
 
 void check_refused(const SolidPair& pair, const std::string& message, Faults& faults) {
-  bool right = false;
-  for (const Solid* solid : {&pair.a, &pair.b})
-    right = right || !in_range(*solid) || thickness(*solid) <= stated_thickness(*solid);
+  const bool right = refusal_is_right(pair.a) || refusal_is_right(pair.b);
   faults.expect(right, "refused", message, " (A is ", thickness(pair.a), " m thick, B ",
                 thickness(pair.b), " m)");
 }

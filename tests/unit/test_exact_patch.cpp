@@ -157,7 +157,7 @@ TEST_CASE("exact patch: a corner beside the end of a side that tol cuts through 
 
 TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not") {
   CHECK(kinds_after([](PairContact&) {}).empty());
-  CHECK(finds("corner", [](PairContact& c) { c.points.pop_back(); }));
+  CHECK(finds("missing corner", [](PairContact& c) { c.points.pop_back(); }));
   CHECK(finds("no points", [](PairContact& c) { c.points.clear(); }));
   CHECK(finds("area", [](PairContact& c) { c.points[0].area *= 1.001; }));
   CHECK(finds("area", [](PairContact& c) { c.area *= 0.5; }));
@@ -172,7 +172,7 @@ TEST_CASE("judge of contact points: a right answer passes, a spoilt one does not
   CHECK(finds("point gap", [](PairContact& c) { c.points[0].point_a.x() -= 1e-12; }));
   CHECK(finds("point off by less than tol",
               [](PairContact& c) { c.points[0].point_a.z() += 1e-12; }));
-  CHECK(finds("point off", [](PairContact& c) { c.points[0].point_b.z() -= 1e-6; }));
+  CHECK(finds("point", [](PairContact& c) { c.points[0].point_b.z() -= 1e-6; }));
   for (const double off : {1e-12, 1e-6}) {
     CHECK(finds(off < 1e-9 ? "least gap off by less than tol" : "least gap missing",
                 [off](PairContact& c) {

@@ -3,9 +3,8 @@
 #include <quoin/referee.h>
 
 #include <cmath>
-#include <limits>
 
-#include "referee/pairs/exact_patch.hpp"
+#include "referee/pairs/judged.hpp"
 
 namespace quoin::referee {
 namespace {
@@ -13,16 +12,10 @@ namespace {
 using geometry::Vector3;
 using Real = long double;
 
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-
 /// Within rounding of its nine numbers.
 bool is_rotation(const geometry::Matrix3& linear) {
   return (linear.transpose() * linear - geometry::Matrix3::Identity()).cwiseAbs().maxCoeff() <=
          1e-14;
-}
-
-bool refusal_is_right(const Solid& solid) {
-  return !in_range(solid) || thickness(solid) <= stated_thickness(solid);
 }
 
 /// A normal as good as the answer's own, or the exact one where that is no direction.
@@ -121,31 +114,15 @@ void Judge::check_gap(const LibraryInfo& library, const Answer& answer, Judgemen
                          ", exact gap ", gap_.gap);
     return;
   }
-  const double off = static_cast<double>(std::abs(Real(answer.gap) - gap_.gap));
+  const double off = judge_gap(gap_, answer.gap, allowed, result.faults);
   result.gap_given = true;
   result.gap_error = off / sizes_.larger;
-  const bool same_sign = (answer.gap > 0) == (gap_.gap > 0);
-  result.faults.expect(off <= allowed || same_sign, "sign", "gap ", answer.gap, ", exact ",
-                       gap_.gap);
-  result.faults.expect(off <= allowed || !same_sign, "gap", answer.gap, ", exact ", gap_.gap,
-                       ", allowed error ", allowed);
   if (off > allowed) return;  // what follows would say the same again
-  if (library.has(QUOIN_REFEREE_NORMAL)) check_normal(library, answer, result);
-  if (library.has(QUOIN_REFEREE_WITNESSES)) check_witnesses(library, answer, result);
-}
-
-void Judge::check_normal(const LibraryInfo& library, const Answer& answer,
-                         Judgement& result) const {
-  const double length = answer.normal.norm();
-  if (length == 0) return;  // none is given
-  if (!(std::abs(length - 1) <= 1e-12 + library.promised_error)) {
-    result.faults.expect(false, "normal", "its length is ", length);
-    return;
+  if (library.has(QUOIN_REFEREE_NORMAL) && !answer.normal.isZero(0.0)) {  // else none is given
+    judge_normal(numbers_, gap_, answer.normal, 1e-12 + library.promised_error, 2 * allowed,
+                 result.faults);
   }
-  const Real along = gap_along(numbers_, answer.normal / length);
-  const double short_of = static_cast<double>(gap_.gap - along);
-  result.faults.expect(short_of <= 2 * allowed_gap(library), "normal", "the solids are ", along,
-                       " apart along it, ", gap_.gap, " along the best");
+  if (library.has(QUOIN_REFEREE_WITNESSES)) check_witnesses(library, answer, result);
 }
 
 void Judge::check_witnesses(const LibraryInfo& library, const Answer& answer,
@@ -155,12 +132,7 @@ void Judge::check_witnesses(const LibraryInfo& library, const Answer& answer,
     result.faults.expect(false, "not finite", "a witness");
     return;
   }
-  for (const int side : {0, 1}) {
-    const Vector3& point = side == 0 ? answer.point_a : answer.point_b;
-    const double off = numbers_.distance(side, point, allowed);
-    result.faults.expect(off <= allowed, "witness", "the point on ", side == 0 ? "A" : "B", " is ",
-                         off, " off, allowed ", allowed);
-  }
+  judge_places(numbers_, {answer.point_a, answer.point_b}, allowed, "witness", 0.0, result.faults);
   const double apart = (answer.point_b - answer.point_a).norm();
   result.faults.expect(std::abs(apart - std::abs(answer.gap)) <= 2 * allowed, "witness",
                        "the points are ", apart, " apart where the gap is ", answer.gap);
@@ -170,8 +142,6 @@ void Judge::check_points(const LibraryInfo& library, const Answer& answer,
                          Judgement& result) const {
   const Vector3 normal = contact_normal(library, answer, gap_.normal);
   const double slack = allowed_place(library);
-  const PlaneFrame frame(normal);
-  std::vector<Place> places;
   Real area = 0;
   for (const ListedPoint& point : answer.points) {
     if (!point.point_a.allFinite() || !point.point_b.allFinite() || !std::isfinite(point.gap)) {
@@ -179,30 +149,15 @@ void Judge::check_points(const LibraryInfo& library, const Answer& answer,
       return;
     }
     const double allowed = slack + (point.point_a == point.point_b ? std::abs(point.gap) : 0.0);
-    const double off = std::max(numbers_.distance(0, point.point_a, allowed),
-                                numbers_.distance(1, point.point_b, allowed));
-    result.faults.expect(off <= allowed, "point", "a contact point is ", off,
-                         " off its solid, allowed ", allowed);
-    const Place a = frame.place(numbers_.place(point.point_a));
-    const Place b = frame.place(numbers_.place(point.point_b));
-    places.push_back({(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
+    judge_places(numbers_, {point.point_a, point.point_b}, allowed, "point", 0.0, result.faults);
     area += point.area;
   }
   const double tolerance = question_.solids->contact_length;
   if (tolerance == 0) return;
-  const ExactPatch patch =
-      exact_patch(numbers_, normal,
-                  {.tolerance = tolerance, .decision = slack, .border = 2 * kEps * sizes_.larger});
+  const ExactPatch patch = judged_patch(numbers_, normal, tolerance, slack, sizes_);
   if (!patch.clear) return;  // what belongs to the patch hangs on its tolerance
-  const CornerLengths lengths{tolerance, sizes_.smaller, sizes_.allowed_gap(0)};
-  for (const PatchCorner& corner : patch.corners) {
-    const Real blur = 2 * slack / std::max(corner.sine, Real(kEps));
-    const Real beyond = distance_to_places(places, corner.place);
-    const bool covered = corner.excess > tolerance - slack || beyond <= 2 * tolerance + blur;
-    result.faults.expect(covered || !asks_for_point(numbers_, normal, patch, corner, lengths),
-                         "missing corner", "a corner of the patch is ", beyond,
-                         " outside the points");
-  }
+  judge_corners(numbers_, normal, patch, middles(numbers_, PlaneFrame(normal), answer.points),
+                {tolerance, sizes_.smaller, sizes_.allowed_gap(0)}, slack, result.faults);
   if (library.has(QUOIN_REFEREE_AREAS)) {
     const Real allowed = patch.perimeter * 2 * slack + slack * slack;
     result.faults.expect(std::abs(area - patch.area) <= allowed, "area", area, ", exact ",

@@ -31,7 +31,6 @@ class Judge {
   bool gap_offered(const LibraryInfo& library) const;
   bool points_offered(const LibraryInfo& library) const;
   void check_gap(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
-  void check_normal(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
   void check_witnesses(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
   void check_points(const LibraryInfo& library, const Answer& answer, Judgement& result) const;
   const Solid& refused(const Answer& answer) const;
