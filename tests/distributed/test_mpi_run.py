@@ -7,15 +7,15 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 import xml.etree.ElementTree as xml
 
 QUOIN, SOURCE, MPIRUN = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
-sys.path.insert(0, str(SOURCE / "tools"))
+sys.path += [str(SOURCE / "tools"), str(SOURCE / "tests" / "tools")]
 import vtk_file  # noqa: E402
+from folder_test import FolderTest, read_by_vtk  # noqa: E402
 
 SLIDE = {"materials": {"stone": {"density": 2400}}, "joint": {"friction_angle_deg": 20},
          "time_step": 0.01, "end_time": 0.06,
@@ -40,21 +40,6 @@ SUNK = {**STONE, "shape": {"type": "box", "min": [0, 0, -0.002], "max": [1, 1, 1
 GLUED = {"gravity": [0, 0, 0], "blocks": [STONE, BASE], "loads": [{**PUSH, "force": [0, 0, 2500]}],
          "joint": {"friction_angle_deg": 30, "cohesion": 1e6, "tension": 1e6}}
 PLACES = ("x", "y", "z", "ux", "uy", "uz", "rx", "ry", "rz", "vx", "vy", "vz")
-READ_BY_VTK = """
-import json, sys
-from vtkmodules.vtkIOXML import vtkXMLPPolyDataReader, vtkXMLPUnstructuredGridReader
-def read(reader, name):
-    reader.SetFileName(sys.argv[1] + name)
-    reader.Update()
-    return reader.GetOutput()
-grid = read(vtkXMLPUnstructuredGridReader(), "/blocks_000001.pvtu")
-name = grid.GetCellData().GetAbstractArray("name")
-print(json.dumps({"points": grid.GetNumberOfPoints(),
-                  "name": [name.GetValue(i) for i in range(grid.GetNumberOfCells())],
-                  "contacts": read(vtkXMLPPolyDataReader(), "/contacts_000001.pvtp").GetNumberOfVerts()}))
-"""
-
-
 READ_BY_PICTURE = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -90,12 +75,7 @@ def runs(process):
         return False
 
 
-class MpiRun(unittest.TestCase):
-    def setUp(self):
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = pathlib.Path(holder.name)
-
+class MpiRun(FolderTest):
     def make(self, kind, *arguments):
         scene = self.folder / f"{kind}.json"
         subprocess.run([QUOIN, "make", kind, "--out", scene, *arguments], check=True, capture_output=True)
@@ -203,11 +183,9 @@ class MpiRun(unittest.TestCase):
         return "vtu" if kind == "blocks" else "vtp"
 
     def check_by_vtk(self, one, out):
-        done = subprocess.run(["/usr/bin/python3", "-c", READ_BY_VTK, str(out)], capture_output=True, text=True)
-        if done.returncode != 0:
-            self.assertIn("vtkmodules", done.stderr)
-            return  # vtk is not installed
-        said = json.loads(done.stdout)
+        said = read_by_vtk(out / "blocks_000001.pvtu", out / "contacts_000001.pvtp")
+        if said is None:
+            return
         arrays = vtk_file.read(one / "blocks_000001.vtu")[1]
         self.assertEqual(sorted(said["name"]), sorted(arrays["name"]))
         self.assertEqual(said["points"], len(arrays["Points"]))

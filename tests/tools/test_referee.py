@@ -38,6 +38,10 @@ def children_of(process):
 
 
 class Referee(FolderTest):
+    def pairs(self, *lines):
+        (self.folder / "pairs.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+        return self.folder / "pairs.jsonl"
+
     def judge(self, *words, code=0):
         report = self.folder / "report.json"
         done = subprocess.run([QUOIN, "referee", "--json", report, *map(str, words)], capture_output=True, text=True,
@@ -56,25 +60,11 @@ class Referee(FolderTest):
         self.assertGreater(tally["kinds"].get("sign", 0) + tally["kinds"].get("gap", 0), 40)
         self.assertTrue(report["failures"])
 
-    def test_a_library_that_crashes(self):
-        tally, _ = self.kinds_of("crashes", "--count", 5)
-        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"crash": 5}))
-
-    def test_a_library_that_never_ends(self):
-        tally, _ = self.kinds_of("hangs", "--count", 3, "--limit", 0.2)
-        self.assertEqual((tally["asked"], tally["kinds"]), (3, {"hang": 3}))
-
-    def test_a_library_that_answers_nan(self):
-        tally, _ = self.kinds_of("nan_gap", "--count", 5)
-        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"not finite": 5}))
-
-    def test_a_library_that_refuses(self):
-        tally, _ = self.kinds_of("refuses", "--count", 5)
-        self.assertEqual((tally["answered"], tally["kinds"]), (0, {"refused": 5}))
-
-    def test_a_library_that_ends_the_process(self):
-        tally, _ = self.kinds_of("exits", "--count", 5)
-        self.assertEqual((tally["asked"], tally["kinds"]), (5, {"crash": 5}))
+    def test_libraries_that_answer_nothing(self):
+        for behaviour, kind, *words in (("crashes", "crash"), ("hangs", "hang", "--limit", 0.2), ("nan_gap", "not finite"),
+                                        ("refuses", "refused"), ("exits", "crash"), ("eats", "crash")):
+            tally, _ = self.kinds_of(behaviour, "--count", 3, *words)
+            self.assertEqual((tally["asked"], tally["kinds"]), (3, {kind: 3}), behaviour)
 
     def test_a_library_that_aborts_when_it_is_unloaded_or_talks(self):
         """Neither changes the verdict, and what a library prints is not seen."""
@@ -86,10 +76,6 @@ class Referee(FolderTest):
                               text=True, check=True)
         self.assertNotIn("bla", said.stdout + said.stderr)
 
-    def test_a_library_that_takes_all_memory(self):
-        tally, _ = self.kinds_of("eats", "--count", 2)
-        self.assertEqual((tally["asked"], tally["kinds"]), (2, {"crash": 2}))
-
     def test_a_library_with_more_points_than_room(self):
         tally, _ = self.kinds_of("endless_points", "--count", 20)
         self.assertGreater(tally["asked"], 0)
@@ -97,9 +83,7 @@ class Referee(FolderTest):
 
     def test_a_library_of_points_alone(self):
         flush = {"id": "flush", "a": BOXES["a"], "b": [[x, y, z + 1] for x, y, z in BOXES["a"]]}
-        pairs = self.folder / "pairs.jsonl"
-        pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(flush) + "\n")
-        report = self.judge("--plugin", PLUGINS / "points_only.so", "--pairs", pairs)
+        report = self.judge("--plugin", PLUGINS / "points_only.so", "--pairs", self.pairs(BOXES, flush))
         (library,) = report["libraries"]
         self.assertEqual(list(library["families"]), ["flush", "all"])
         tally = library["families"]["all"]
@@ -215,15 +199,11 @@ class Referee(FolderTest):
         self.assertLessEqual(tally["kinds"]["sign"], overlapping["asked"])
 
     def test_what_is_not_offered_is_not_asked(self):
-        pairs = self.folder / "pairs.jsonl"
-        pairs.write_text(json.dumps(BOXES) + "\n")
-        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--pairs", pairs)
+        report = self.judge("--plugin", PLUGINS / "overlaps_only.so", "--pairs", self.pairs(BOXES))
         self.assertEqual(report["libraries"][0]["families"], {})
 
     def test_quoin_is_right_on_boxes(self):
-        pairs = self.folder / "pairs.jsonl"
-        pairs.write_text(json.dumps(BOXES) + "\n")
-        report = self.judge("--plugin", PLUGINS.parent / "referee_quoin.so", "--pairs", pairs, "--steps", 20)
+        report = self.judge("--plugin", PLUGINS.parent / "referee_quoin.so", "--pairs", self.pairs(BOXES), "--steps", 20)
         tally = report["libraries"][0]["families"]["all"]
         self.assertEqual((tally["asked"], tally["answered"], tally["faulty"]), (20, 20, 0))
         self.assertLess(tally["gap_error_largest"], 1e-15)
@@ -255,8 +235,7 @@ class Referee(FolderTest):
     def test_pairs_with_their_exact_answers(self):
         """Of pairs given, as tests/pairs is written; a gap that looks like rounding as a fraction."""
         near = {"id": "near", "a": BOXES["a"], "b": [[x + 1 + 2**-40, y, z] for x, y, z in BOXES["a"]]}
-        pairs, proved = self.folder / "pairs.jsonl", self.folder / "proved.jsonl"
-        pairs.write_text(json.dumps(BOXES) + "\n" + json.dumps(near) + "\n")
+        pairs, proved = self.pairs(BOXES, near), self.folder / "proved.jsonl"
         subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", proved], check=True)
         first, second = map(json.loads, proved.read_text().splitlines())
         self.assertEqual((first["id"], first["exact"]["gap"], first["exact"]["normal"]), ("boxes", 1.5, [0, 0, 1]))
