@@ -11,29 +11,22 @@ of a chain also diagrams.png (eccentricity, and moment against normal force).
 import argparse
 import pathlib
 
-import matplotlib
+import plot  # marks and style of all pictures
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.ticker import MaxNLocator
+from run_output import Blocks, Contacts, edge_stresses, history, largest_compression, run_program, series
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from matplotlib.collections import PolyCollection  # noqa: E402
-from matplotlib.ticker import MaxNLocator  # noqa: E402
-from run_output import Blocks, Contacts, edge_stresses, history, largest_compression, run_program, series  # noqa: E402
-
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#999999", "#000000"]
+COLOURS = [plot.COLOURS[i] for i in (3, 0, 4, 2, 1, 5, 6, 7)]
 AXES = {"xz": [0, 2], "yz": [1, 2]}
 MOST_MONITORS = 8
 MOST_LINES = 500  # joints whose forces are drawn one by one: more run into each other
-plt.rcParams.update({
-    "font.size": 10, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-    "grid.color": "#e4e4e4", "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False,
-    "axes.titlesize": 11, "axes.titlelocation": "left", "figure.dpi": 110,
-})
+plt.rcParams.update({"axes.titlesize": 11, "figure.dpi": 110})
 
 
 def save(figure, path):
-    figure.savefig(path, pil_kwargs={"optimize": True})
-    plt.close(figure)
+    plot.save(figure, path)
     print(path)
 
 

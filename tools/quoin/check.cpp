@@ -405,22 +405,18 @@ int check(const CheckArguments& arguments) {
 }  // namespace
 
 void add_check_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* command = app.add_subcommand(
-      "check",
+  const auto [command, words] = add_command<CheckArguments>(
+      app, exit_code, check, "check",
       "Tell what a scene would run: blocks, contacts, overlaps and gaps, loose blocks, time step, "
       "what it takes. One step is tried; nothing is written.\n"
       "Exit codes: 0 it runs, 1 the first step does not converge, 2 the scene is refused.");
-  add_scene_options(*command, arguments->scene, arguments->changes);
+  add_scene_options(command, words.scene, words.changes);
   command
-      ->add_option("--max-seconds", arguments->max_seconds,
-                   "end the step that is tried after this wall time, s")
+      .add_option("--max-seconds", words.max_seconds,
+                  "end the step that is tried after this wall time, s")
       ->check(in_range(0, kMostSeconds))
       ->capture_default_str();
-  command->add_flag("--json", arguments->json, "the same as JSON, with all pairs");
-  command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return check(*arguments); }, arguments->scene);
-  });
+  command.add_flag("--json", words.json, "the same as JSON, with all pairs");
 }
 
 }  // namespace quoin::commands

@@ -99,20 +99,15 @@ int cut(const CutArguments& arguments) {
 }  // namespace
 
 void add_cut_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<CutArguments>();
-  CLI::App* command = app.add_subcommand(
-      "cut", "Cut the body of a scene's \"cut\" by joint sets, planes, discs and excavations");
-  command->add_option("scene", arguments->scene, "scene file with \"cut\"")->required();
-  command
-      ->add_option("--out", arguments->out,
-                   "FILE.json: the scene with its blocks, one a line (default: standard output); "
-                   "FILE.obj: the blocks, in m")
-      ->check(path_to_write());
-  command->add_option("--set", arguments->changes, "as of quoin run")->type_name("NAME=VALUE");
-  command->add_flag("--json", arguments->as_json, "counts and volumes (m3) as JSON");
-  command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return cut(*arguments); }, arguments->scene);
-  });
+  const auto [command, words] = add_command<CutArguments>(
+      app, exit_code, cut, "cut",
+      "Cut the body of a scene's \"cut\" by joint sets, planes, discs and excavations");
+  command.add_option("scene", words.scene, "scene file with \"cut\"")->required();
+  add_path(command, "--out", words.out,
+           "FILE.json: the scene with its blocks, one a line (default: standard output); "
+           "FILE.obj: the blocks, in m");
+  command.add_option("--set", words.changes, "as of quoin run")->type_name("NAME=VALUE");
+  command.add_flag("--json", words.as_json, "counts and volumes (m3) as JSON");
 }
 
 }  // namespace quoin::commands

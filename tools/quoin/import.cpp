@@ -133,29 +133,24 @@ int import_file(const ImportArguments& arguments) {
 }  // namespace
 
 void add_import_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<ImportArguments>();
-  CLI::App* command = app.add_subcommand(
-      "import",
+  const auto [command, words] = add_command<ImportArguments>(
+      app, exit_code, import_file, "import",
       "Write a scene from a file of another program (DXF 3DFACE, 3DEC, LMGC90 BODIES.DAT, Chrono "
       "brick file, rigid-ipc, COMPAS, OBJ, STL, PLY, OFF); solids that are not convex are split "
       "exactly at the planes of their inner faces into parts of one block");
-  command->alias("split");
-  command->add_option("file", arguments->file, "the file")->required();
-  command->add_option("--format", arguments->format,
-                      "compas, obj, stl, ply, off, dxf, 3dec, lmgc90, chrono, rigid_ipc; default: "
-                      "by its ending");
-  command->add_option("--units", arguments->units, "of its lengths: m, dm, cm, mm, in, ft");
-  command->add_option("--density", arguments->density, "kg/m3, where the file states none")
+  command.alias("split");
+  command.add_option("file", words.file, "the file")->required();
+  command.add_option("--format", words.format,
+                     "compas, obj, stl, ply, off, dxf, 3dec, lmgc90, chrono, rigid_ipc; default: "
+                     "by its ending");
+  command.add_option("--units", words.units, "of its lengths: m, dm, cm, mm, in, ft");
+  command.add_option("--density", words.density, "kg/m3, where the file states none")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command->add_option("--friction", arguments->friction_deg, "friction angle, degrees")
+  command.add_option("--friction", words.friction_deg, "friction angle, degrees")
       ->check(CLI::Range(0.0, 89.0))
       ->capture_default_str();
-  command->add_option("--out", arguments->out, "FILE.json (default: standard output)")
-      ->check(path_to_write());
-  command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return import_file(*arguments); }, arguments->file);
-  });
+  add_path(command, "--out", words.out, "FILE.json (default: standard output)");
 }
 
 }  // namespace quoin::commands

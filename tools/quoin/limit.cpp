@@ -334,55 +334,52 @@ int limit(const LimitArguments& arguments) {
   return show(arguments, report, print, limit.why.empty() ? kDone : kFailed);
 }
 
+int asked(const LimitArguments& words) {
+  const bool varies = !words.vary.empty(), thrusts = !words.thrust.empty();
+  if (int{varies} + int{thrusts} + int{words.each} != 1)
+    throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
+  LimitArguments with_stage = words;
+  with_stage.changes = limit_analysis::with_static_stage(words.scene, words.changes);
+  if (words.each) return each(with_stage);
+  return thrusts ? thrust(with_stage) : limit(with_stage);
+}
+
 }  // namespace
 
 void add_limit_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<LimitArguments>();
-  CLI::App* command = app.add_subcommand(
-      "limit",
+  const auto [command, words] = add_command<LimitArguments>(
+      app, exit_code, asked, "limit",
       "How much a structure bears, with a proof on both sides: contact forces that balance all "
       "loads within friction, and a mechanism. Blocks count as rigid, as they stand at time 0.\n"
       "Above the mechanism nothing holds, whatever the flow rule; below it Coulomb friction may "
       "still let go: the answer is an upper bound.\n"
       "Exit codes: 0 both are proved within the tolerance, 1 not, 2 the input is refused.");
-  add_scene_options(*command, arguments->scene, arguments->changes);
+  add_scene_options(command, words.scene, words.changes);
   command
-      ->add_option("--vary", arguments->vary,
-                   "load=NAME:FROM:TO (factor of the loads of that name), tilt=FROM:TO[:x|y|z] "
-                   "(of the ground, degrees, default y), strength=FROM:TO (friction, cohesion and "
-                   "tension are divided by it), friction=FROM:TO (angle of all joints, degrees), "
-                   "settlement=BLOCK:0:TO (of a fixed block, m, by runs), "
-                   "/json/pointer=FROM:TO")
+      .add_option("--vary", words.vary,
+                  "load=NAME:FROM:TO (factor of the loads of that name), tilt=FROM:TO[:x|y|z] "
+                  "(of the ground, degrees, default y), strength=FROM:TO (friction, cohesion and "
+                  "tension are divided by it), friction=FROM:TO (angle of all joints, degrees), "
+                  "settlement=BLOCK:0:TO (of a fixed block, m, by runs), "
+                  "/json/pointer=FROM:TO")
       ->type_name("WHAT=FROM:TO");
-  command->add_flag("--each", arguments->each,
-                    "key blocks: every block alone among its neighbours, which stay");
-  command->add_option("--thrust", arguments->thrust,
-                      "least and greatest horizontal thrust on this fixed block, and the geometric "
-                      "factor of safety");
+  command.add_flag("--each", words.each,
+                   "key blocks: every block alone among its neighbours, which stay");
+  command.add_option("--thrust", words.thrust,
+                     "least and greatest horizontal thrust on this fixed block, and the geometric "
+                     "factor of safety");
   command
-      ->add_option("--tolerance", arguments->tolerance,
-                   "how far apart the two proofs may be, relative")
+      .add_option("--tolerance", words.tolerance, "how far apart the two proofs may be, relative")
       ->check(in_range(1e-7, 0.5))
       ->capture_default_str();
   command
-      ->add_option("--loading", arguments->loading,
-                   "wall time, s, for runs that show what loading reaches; 0: none")
+      .add_option("--loading", words.loading,
+                  "wall time, s, for runs that show what loading reaches; 0: none")
       ->check(in_range(0, kMostSeconds))
       ->capture_default_str();
-  command->add_option("--out", arguments->out,
-                      "folder for limit.json and the certificates stands.json, falls.json");
-  command->add_flag("--json", arguments->json, "the same as JSON");
-  command->callback([arguments, &exit_code] {
-    const auto asked = [&] {
-      const bool varies = !arguments->vary.empty(), thrusts = !arguments->thrust.empty();
-      if (int{varies} + int{thrusts} + int{arguments->each} != 1)
-        throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
-      arguments->changes = limit_analysis::with_static_stage(arguments->scene, arguments->changes);
-      if (arguments->each) return each(*arguments);
-      return thrusts ? thrust(*arguments) : limit(*arguments);
-    };
-    exit_code = run_guarded(asked, arguments->scene);
-  });
+  command.add_option("--out", words.out,
+                     "folder for limit.json and the certificates stands.json, falls.json");
+  command.add_flag("--json", words.json, "the same as JSON");
 }
 
 }  // namespace quoin::commands

@@ -304,55 +304,48 @@ int judge(const Words& words) {
   return faults_of_quoin(report) > 0 || !whole ? kFailed : kDone;
 }
 
+int asked(const Words& words) {
+  return words.write_pairs.empty() ? judge(words) : write_pairs(words);
+}
+
 }  // namespace
 
 void add_referee_command(CLI::App& app, int& exit_code) {
-  const auto words = std::make_shared<Words>();
-  CLI::App* command = app.add_subcommand(
-      "referee",
+  const auto [command, words] = add_command<Words>(
+      app, exit_code, asked, "referee",
       "Ask contact libraries the same pairs and judge each answer in exact arithmetic. Exit code "
       "1: quoin itself has a fault");
-  command->add_option("--plugin", words->plugins,
-                      "Shared library that is a plug-in (quoin/referee.h); may be given again "
-                      "(default: all that are installed)");
-  command->add_option("--family", words->family,
-                      "Regular expression: families of pairs to draw from (default: all)");
-  command->add_option("--pairs", words->pairs,
-                      "Pairs as in quoin contact --pairs instead of families");
+  command.add_option("--plugin", words.plugins,
+                     "Shared library that is a plug-in (quoin/referee.h); may be given again "
+                     "(default: all that are installed)");
+  command.add_option("--family", words.family,
+                     "Regular expression: families of pairs to draw from (default: all)");
+  command.add_option("--pairs", words.pairs,
+                     "Pairs as in quoin contact --pairs instead of families");
   command
-      ->add_option("--count", words->count,
-                   "Pairs to draw (default: 10000; with --seconds as many as there is time for)")
+      .add_option("--count", words.count,
+                  "Pairs to draw (default: 10000; with --seconds as many as there is time for)")
       ->check(CLI::Range(1L, 1000000000L));
-  command->add_option("--seed", words->seed, "Seed of what is drawn")->capture_default_str();
+  command.add_option("--seed", words.seed, "Seed of what is drawn")->capture_default_str();
   command
-      ->add_option("--steps", words->steps,
-                   "Questions for each pair, which moves on by up to 1e-3 of its size and as "
-                   "many radians; libraries may remember")
+      .add_option("--steps", words.steps,
+                  "Questions for each pair, which moves on by up to 1e-3 of its size and as "
+                  "many radians; libraries may remember")
       ->capture_default_str()
       ->check(CLI::Range(1L, 1000000000L));
-  command->add_option("--seconds", words->seconds, "End after so much time, s")
+  command.add_option("--seconds", words.seconds, "End after so much time, s")
       ->check(in_range(1e-3, kMostSeconds));
-  command->add_option("--limit", words->limit, "Time for one answer, s")
+  command.add_option("--limit", words.limit, "Time for one answer, s")
       ->capture_default_str()
       ->check(in_range(1e-3, 3600.0));
-  command->add_option("--json", words->json, "Write the report to this file")
-      ->check(path_to_write());
-  command
-      ->add_option("--report", words->report,
-                   "Write a folder with index.html, report.json and each failing pair, made "
-                   "smaller, in failures.jsonl and as C++ and C")
-      ->check(path_to_write());
-  command
-      ->add_option("--write-pairs", words->write_pairs,
-                   "Judge nothing: write --count pairs of --family, or those of --pairs, with "
-                   "their exact answers to this file, as in tests/pairs: at most 1.76 MB, few of "
-                   "those that are long to write")
-      ->check(path_to_write());
-  command->callback([words, &exit_code] {
-    exit_code = run_guarded(
-        [&] { return words->write_pairs.empty() ? judge(*words) : write_pairs(*words); },
-        "referee");
-  });
+  add_path(command, "--json", words.json, "Write the report to this file");
+  add_path(command, "--report", words.report,
+           "Write a folder with index.html, report.json and each failing pair, made "
+           "smaller, in failures.jsonl and as C++ and C");
+  add_path(command, "--write-pairs", words.write_pairs,
+           "Judge nothing: write --count pairs of --family, or those of --pairs, with "
+           "their exact answers to this file, as in tests/pairs: at most 1.76 MB, few of "
+           "those that are long to write");
 }
 
 }  // namespace quoin::commands

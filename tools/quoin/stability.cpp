@@ -185,21 +185,15 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 void add_stability_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand(
-      "stability",
+  const auto [command, words] = add_command<Arguments>(
+      app, exit_code, run, "stability",
       "Extreme parameters against exact answers: right, flagged as expected, or a failure");
-  command->add_flag("--json", arguments->json, "a list of objects on standard output");
-  command->add_flag("--quick", arguments->quick, "long runs end after 1e4 steps instead of 1e6");
-  command
-      ->add_option("--out", arguments->out,
-                   "file of the same objects that grows with every cell; a run that was broken "
-                   "off goes on from it")
-      ->check(path_to_write());
-  command->add_option("--filter", arguments->filter, "only cells that match this expression");
-  command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return run(*arguments); }, "quoin stability");
-  });
+  command.add_flag("--json", words.json, "a list of objects on standard output");
+  command.add_flag("--quick", words.quick, "long runs end after 1e4 steps instead of 1e6");
+  add_path(command, "--out", words.out,
+           "file of the same objects that grows with every cell; a run that was broken "
+           "off goes on from it");
+  command.add_option("--filter", words.filter, "only cells that match this expression");
 }
 
 }  // namespace quoin::commands

@@ -119,34 +119,29 @@ int run(const StudyArguments& arguments) {
 }  // namespace
 
 void add_study_command(CLI::App& app, int& exit_code) {
-  auto arguments = std::make_shared<StudyArguments>();
-  CLI::App* command = app.add_subcommand(
-      "study", "A scene over a grid of settings: error against run time (picture: plot_study.py)");
-  command->add_option("scene", arguments->scene, "scene file, JSON")->required();
+  const auto [command, words] = add_command<StudyArguments>(
+      app, exit_code, run, "study",
+      "A scene over a grid of settings: error against run time (picture: plot_study.py)");
+  command.add_option("scene", words.scene, "scene file, JSON")->required();
   command
-      ->add_option("--vary", arguments->vary,
-                   "dt, method, penalty, tolerance, scheme, a parameter of the scene or a place in "
-                   "it; may be repeated")
+      .add_option("--vary", words.vary,
+                  "dt, method, penalty, tolerance, scheme, a parameter of the scene or a place in "
+                  "it; may be repeated")
       ->type_name("KEY=A,B,…")
       ->required();
-  command->add_option("--set", arguments->changes, "change the scene first, as for run")
+  command.add_option("--set", words.changes, "change the scene first, as for run")
       ->type_name("NAME=VALUE");
-  command->add_flag("--json", arguments->json, "print study.json on standard output, not CSV");
+  command.add_flag("--json", words.json, "print study.json on standard output, not CSV");
+  add_path(command, "--out", words.out,
+           "folder for study.csv and study.json; takes the place of earlier results, of "
+           "nothing else (default: no files)");
   command
-      ->add_option("--out", arguments->out,
-                   "folder for study.csv and study.json; takes the place of earlier results, of "
-                   "nothing else (default: no files)")
-      ->check(path_to_write());
-  command
-      ->add_option(
-          "--max-seconds", arguments->max_seconds,
+      .add_option(
+          "--max-seconds", words.max_seconds,
           "end after this wall time, s, and keep the rows that were run (default: no limit)")
       ->check(in_range(0, kMostSeconds));
-  command->add_option("--jobs", arguments->jobs, "runs at the same time (default: one a core)")
+  command.add_option("--jobs", words.jobs, "runs at the same time (default: one a core)")
       ->check(CLI::Range(1, 1024));
-  command->callback([arguments, &exit_code] {
-    exit_code = run_guarded([&] { return run(*arguments); }, arguments->scene);
-  });
 }
 
 }  // namespace quoin::commands

@@ -155,23 +155,21 @@ int validate(const Options& options) {
   return failed == 0 ? kDone : kFailed;
 }
 
+int asked(const Options& words) { return words.list ? list(words) : validate(words); }
+
 }  // namespace
 
 void add_validate_command(CLI::App& app, int& exit_code) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "validate", "Runs the cases with exact answers; exit code 1 when a row is not ok");
-  command->add_option("case", options->names, "Cases to run, such as V05 (default: all)");
-  command->add_option("--folder", options->folder, "Case files, JSON (default: those of quoin)");
-  command->add_flag("--json", options->json, "A list of objects instead of a table");
-  command->add_flag("--convergence", options->convergence,
-                    "Errors against time step and penalty instead, for the cases that have such "
-                    "series (picture: bench/tables.py)");
-  command->add_flag("--list", options->list, "Names and titles of the cases, which are not run");
-  command->callback([options, &exit_code] {
-    exit_code = run_guarded([&] { return options->list ? list(*options) : validate(*options); },
-                            "quoin validate");
-  });
+  const auto [command, words] =
+      add_command<Options>(app, exit_code, asked, "validate",
+                           "Runs the cases with exact answers; exit code 1 when a row is not ok");
+  command.add_option("case", words.names, "Cases to run, such as V05 (default: all)");
+  command.add_option("--folder", words.folder, "Case files, JSON (default: those of quoin)");
+  command.add_flag("--json", words.json, "A list of objects instead of a table");
+  command.add_flag("--convergence", words.convergence,
+                   "Errors against time step and penalty instead, for the cases that have such "
+                   "series (picture: bench/tables.py)");
+  command.add_flag("--list", words.list, "Names and titles of the cases, which are not run");
 }
 
 }  // namespace quoin::commands

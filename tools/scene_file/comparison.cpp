@@ -1,6 +1,7 @@
 #include "scene_file/comparison.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace quoin::scene_file {
@@ -8,26 +9,13 @@ namespace quoin::scene_file {
 namespace {
 
 Vector3 vector_of(Quantity quantity, const MonitorValue& monitor) {
-  switch (quantity) {
-    case Quantity::Displacement:
-      return monitor.displacement;
-    case Quantity::Velocity:
-      return monitor.velocity;
-    case Quantity::Rotation:
-      return monitor.rotation;
-    case Quantity::AngularVelocity:
-      return monitor.angular_velocity;
-    case Quantity::Moment:
-      return monitor.moment;
-    case Quantity::CentreOfPressure:
-      return monitor.centre_of_pressure;
-    case Quantity::Momentum:
-      return monitor.momentum;
-    case Quantity::AngularMomentum:
-      return monitor.angular_momentum;
-    default:
-      return monitor.force;
-  }
+  using Value = MonitorValue;
+  constexpr std::array kMembers = {
+      // in the order of the quantities
+      &Value::displacement,       &Value::velocity, &Value::rotation,
+      &Value::angular_velocity,   &Value::force,    &Value::moment,
+      &Value::centre_of_pressure, &Value::momentum, &Value::angular_momentum};
+  return monitor.*kMembers[static_cast<std::size_t>(quantity)];
 }
 
 }  // namespace

@@ -79,24 +79,20 @@ class Reader {
     file_.scene.coordinate_rounding = document_.value("coordinate_rounding", 0.0);
     read_materials();
     read_blocks();
-    each("join", [&](const json& value, const std::string& pointer) { read_join(value, pointer); });
+    each("join", &Reader::read_join);
     set_properties();
     tell_overlapping_parts();
     check_supports();
     read_joints();
-    each("loads", [&](const json& load, const std::string& pointer) { read_load(load, pointer); });
-    each("fixed_points",
-         [&](const json& point, const std::string& pointer) { read_fixed_point(point, pointer); });
-    each("ties", [&](const json& tie, const std::string& pointer) { read_tie(tie, pointer); });
-    each("quiet_faces",
-         [&](const json& face, const std::string& pointer) { read_quiet_face(face, pointer); });
+    each("loads", &Reader::read_load);
+    each("fixed_points", &Reader::read_fixed_point);
+    each("ties", &Reader::read_tie);
+    each("quiet_faces", &Reader::read_quiet_face);
     read_options();
     read_stages();
     tell_sampling();
-    each("monitors",
-         [&](const json& monitor, const std::string& pointer) { read_monitor(monitor, pointer); });
-    each("references",
-         [&](const json& value, const std::string& pointer) { read_reference(value, pointer); });
+    each("monitors", &Reader::read_monitor);
+    each("references", &Reader::read_reference);
     file_.sources.insert(file_.sources.end(), records_.begin(), records_.end());
     return std::move(file_);
   }
@@ -116,12 +112,12 @@ class Reader {
     }
   }
 
-  template <typename Read>
-  void each(const char* key, const Read& read_one) {
-    const json none = json::array();
-    const json& items = document_.contains(key) ? document_[key] : none;
-    for (std::size_t i = 0; i < items.size(); ++i)
-      read_one(items[i], at(std::string("/") + key, i));
+  using ReadOne = void (Reader::*)(const json&, const std::string&);
+  void each(const char* key, ReadOne read_one) { each_of(document_, "", key, read_one); }
+  void each_of(const json& document, const std::string& pointer, const char* key,
+               ReadOne read_one) {
+    for (std::size_t i = 0; document.contains(key) && i < document[key].size(); ++i)
+      (this->*read_one)(document[key][i], at(pointer + "/" + key, i));
   }
 
   VectorOfTime vector_of_time(const json& value, const std::string& pointer) const {
@@ -694,8 +690,7 @@ class Reader {
       file_.scene.joint = joint(document_["joint"], "/joint");
     else if (file_.scene.blocks.size() > 1)
       throw SceneError("", "missing key \"joint\": the properties where blocks touch");
-    each("joints",
-         [&](const json& value, const std::string& pointer) { read_pair_joint(value, pointer); });
+    each("joints", &Reader::read_pair_joint);
   }
 
   void read_pair_joint(const json& value, const std::string& pointer) {
@@ -1112,14 +1107,14 @@ class Reader {
                               .contact_iteration = file_.options.contact_iteration});
     }
     find_absent();
-    each("water",
-         [&](const json& value, const std::string& pointer) { read_water(value, pointer); });
+    each("water", &Reader::read_water);
     double reached = document_.value("end_time", 0.0);
-    each("stages", [&](const json& value, const std::string& pointer) {
-      Stage stage = read_stage(value, pointer, reached);
-      change_scene(value, pointer, stage);
+    const json& stages = stages_of(document_);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+      Stage stage = read_stage(stages[i], at("/stages", i), reached);
+      change_scene(stages[i], at("/stages", i), stage);
       file_.stages.push_back(std::move(stage));
-    });
+    }
     if (at_start_) file_.scene = *std::move(at_start_);
     file_.output_interval = document_.value("output_interval", reached / 100);
   }
@@ -1205,20 +1200,26 @@ class Reader {
     require_few_steps(reached - start, stage.time_step, pointer);
   }
 
+  static const json& stages_of(const json& document) {
+    static const json none = json::array();
+    return document.contains("stages") ? document["stages"] : none;
+  }
+
   /// Blocks that a stage adds before any removes them are absent at the start.
   void find_absent() {
     absent_.assign(file_.scene.blocks.size(), 0);
     std::vector<char> known(file_.scene.blocks.size(), 0);
-    each("stages", [&](const json& value, const std::string& pointer) {
+    const json& stages = stages_of(document_);
+    for (std::size_t i = 0; i < stages.size(); ++i) {
       for (const char* key : {"remove", "add"}) {
-        if (!value.contains(key)) continue;
-        for (const int b : blocks_named(value[key], pointer + "/" + key)) {
+        if (!stages[i].contains(key)) continue;
+        for (const int b : blocks_named(stages[i][key], at("/stages", i) + "/" + key)) {
           const auto block = static_cast<std::size_t>(b);
           if (!known[block]) absent_[block] = key == std::string("add");
           known[block] = 1;
         }
       }
-    });
+    }
   }
 
   /// The scene with those that are absent out of it.
@@ -1237,43 +1238,22 @@ class Reader {
                                   "add",          "overrides", "quiet_faces"};
     if (std::ranges::none_of(kKeys, given)) return;
     if (!at_start_) at_start_ = present(file_.scene);
-    const auto each_of = [&](const char* key, const auto& read_one) {
-      for (std::size_t i = 0; i < value[key].size(); ++i)
-        read_one(value[key][i], at(pointer + "/" + key, i));
+    const auto replace = [&](const char* key, ReadOne read_one, auto&... lists) {
+      if (given(key)) (lists.clear(), ...);
+      each_of(value, pointer, key, read_one);
     };
     solver::Scene& scene = file_.scene;
     if (given("gravity")) scene.gravity = vector_of_time(value["gravity"], pointer + "/gravity");
     if (given("overrides")) override_blocks(value["overrides"], pointer + "/overrides", stage);
     if (given("joint")) scene.joint = joint(value["joint"], pointer + "/joint");
-    if (given("joints")) {
-      scene.pair_joints.clear();
-      scene.block_joints.clear();
-      each_of("joints", [&](const json& v, const std::string& p) { read_pair_joint(v, p); });
-    }
+    replace("joints", &Reader::read_pair_joint, scene.pair_joints, scene.block_joints);
     if (given("remove")) move_blocks(value["remove"], pointer + "/remove", 1);
     if (given("add")) move_blocks(value["add"], pointer + "/add", 0);
-    if (given("loads")) {
-      scene.point_loads.clear();
-      scene.face_loads.clear();
-      scene.body_loads.clear();
-      each_of("loads", [&](const json& v, const std::string& p) { read_load(v, p); });
-    }
-    if (given("fixed_points")) {
-      scene.fixed_points.clear();
-      each_of("fixed_points", [&](const json& v, const std::string& p) { read_fixed_point(v, p); });
-    }
-    if (given("ties")) {
-      scene.ties.clear();
-      each_of("ties", [&](const json& v, const std::string& p) { read_tie(v, p); });
-    }
-    if (given("quiet_faces")) {
-      scene.quiet_faces.clear();
-      each_of("quiet_faces", [&](const json& v, const std::string& p) { read_quiet_face(v, p); });
-    }
-    if (given("water")) {
-      scene.pressure_loads.clear();
-      each_of("water", [&](const json& v, const std::string& p) { read_water(v, p); });
-    }
+    replace("loads", &Reader::read_load, scene.point_loads, scene.face_loads, scene.body_loads);
+    replace("fixed_points", &Reader::read_fixed_point, scene.fixed_points);
+    replace("ties", &Reader::read_tie, scene.ties);
+    replace("quiet_faces", &Reader::read_quiet_face, scene.quiet_faces);
+    replace("water", &Reader::read_water, scene.pressure_loads);
     stage.scene = std::make_shared<const solver::Scene>(present(scene));
   }
 

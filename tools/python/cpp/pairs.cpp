@@ -167,27 +167,31 @@ py::array_t<double> polygon(const PairContact& contact) {
   return result;
 }
 
+template <class Record, class Value>
+auto named(Value Record::*member) {
+  return [member](const Record& record) { return name(record.*member); };
+}
+auto featured(geometry::Feature NearestFeatures::*member) {
+  return [member](const NearestFeatures& nearest) { return feature(nearest.*member); };
+}
+
 void bind_nearest(py::module_& module) {
   py::class_<NearestFeatures>(
       module, "NearestFeatures", py::is_final(),
       "Nearest features of two bodies. gap > 0: distance, m; gap < 0: minus the least translation "
       "that parts them. The normal is a unit vector from a to b.")
-      .def_property_readonly(
-          "status", [](const NearestFeatures& n) { return name(n.status); },
-          "'separated', 'touching', 'overlapping' or 'not-converged'")
-      .def_property_readonly(
-          "rule", [](const NearestFeatures& n) { return name(n.rule); },
-          "how the contact plane was chosen")
+      .def_property_readonly("status", named(&NearestFeatures::status),
+                             "'separated', 'touching', 'overlapping' or 'not-converged'")
+      .def_property_readonly("rule", named(&NearestFeatures::rule),
+                             "how the contact plane was chosen")
       .def_readonly("gap", &NearestFeatures::gap, "m")
       .def_readonly("normal", &NearestFeatures::normal, "(3,), unit, from a to b")
       .def_readonly("point_a", &NearestFeatures::point_a, "(3,), witness on a, m")
       .def_readonly("point_b", &NearestFeatures::point_b, "(3,), witness on b, m")
-      .def_property_readonly(
-          "feature_a", [](const NearestFeatures& n) { return feature(n.feature_a); },
-          "('vertex' | 'edge' | 'face', index)")
-      .def_property_readonly(
-          "feature_b", [](const NearestFeatures& n) { return feature(n.feature_b); },
-          "('vertex' | 'edge' | 'face', index)")
+      .def_property_readonly("feature_a", featured(&NearestFeatures::feature_a),
+                             "('vertex' | 'edge' | 'face', index)")
+      .def_property_readonly("feature_b", featured(&NearestFeatures::feature_b),
+                             "('vertex' | 'edge' | 'face', index)")
       .def_readonly("residual_a", &NearestFeatures::residual_a,
                     "certificate: how far a reaches beyond point_a along the normal, m")
       .def_readonly("residual_b", &NearestFeatures::residual_b,
@@ -211,8 +215,7 @@ void bind_contacts(py::module_& module) {
   py::class_<PairContact>(module, "PairContact", py::is_final(),
                           "All there is to know about one pair.")
       .def_property_readonly("nearest", [](const PairContact& c) { return c.nearest; })
-      .def_property_readonly(
-          "type", [](const PairContact& c) { return name(c.type); }, "'vertex-vertex' …")
+      .def_property_readonly("type", named(&PairContact::type), "'vertex-vertex' …")
       .def_property_readonly(
           "points", [](const PairContact& c) { return rows(c.points); },
           "contact points, a structured array as of contacts()")

@@ -9,37 +9,35 @@ void set(double (&target)[3], const Vector3& v) {
   target[2] = v.z();
 }
 
+/// What nearest features and contact points have in common; `features`: whose both are.
+template <class Row, class Record, class Features>
+void set_common(Row& row, const Record& record, const Features& features) {
+  row.kind_a = static_cast<std::uint8_t>(features.feature_a.kind);
+  row.kind_b = static_cast<std::uint8_t>(features.feature_b.kind);
+  row.feature_a = features.feature_a.index;
+  row.feature_b = features.feature_b.index;
+  row.indeterminate = record.indeterminate;
+  row.gap = record.gap;
+  set(row.normal, record.normal);
+  set(row.point_a, record.point_a);
+  set(row.point_b, record.point_b);
+}
+
 void set(ContactRow& row, const geometry::ContactPoint& c) {
+  set_common(row, c, c.key);
   row.a = c.key.a;
   row.b = c.key.b;
   row.type = static_cast<std::uint8_t>(c.type);
-  row.kind_a = static_cast<std::uint8_t>(c.key.feature_a.kind);
-  row.kind_b = static_cast<std::uint8_t>(c.key.feature_b.kind);
-  row.indeterminate = c.indeterminate;
-  row.feature_a = c.key.feature_a.index;
-  row.feature_b = c.key.feature_b.index;
   row.previous = c.previous;
   set(row.point, c.point());
-  set(row.point_a, c.point_a);
-  set(row.point_b, c.point_b);
-  set(row.normal, c.normal);
-  row.gap = c.gap;
   row.area = c.area;
 }
 
 void set(NearestRow& row, const geometry::NearestFeatures& n) {
+  set_common(row, n, n);
   row.status = static_cast<std::uint8_t>(n.status);
   row.rule = static_cast<std::uint8_t>(n.rule);
-  row.kind_a = static_cast<std::uint8_t>(n.feature_a.kind);
-  row.kind_b = static_cast<std::uint8_t>(n.feature_b.kind);
-  row.indeterminate = n.indeterminate;
-  row.feature_a = n.feature_a.index;
-  row.feature_b = n.feature_b.index;
   row.iterations = n.iterations;
-  row.gap = n.gap;
-  set(row.normal, n.normal);
-  set(row.point_a, n.point_a);
-  set(row.point_b, n.point_b);
   row.residual_a = n.residual_a;
   row.residual_b = n.residual_b;
 }

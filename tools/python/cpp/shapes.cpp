@@ -94,6 +94,14 @@ py::object contains(const HeldBody& held, const py::object& point, double tolera
   return result;
 }
 
+/// Of numbers that a shape holds, three a row.
+auto view_of(const geometry::Points& (Shape::*numbers)() const) {
+  return [numbers](const py::object& self) {
+    const geometry::Points& v = (self.cast<const Shape&>().*numbers)();
+    return view({v.cols(), 3}, v.data(), self);
+  };
+}
+
 void bind_shape(py::module_& module) {
   py::class_<Shape, ShapePointer>(
       module, "Shape", py::is_final(),
@@ -131,20 +139,9 @@ void bind_shape(py::module_& module) {
           "Vertices (n, 3), m, and faces: polygons or triangles, lists of vertex indices, either "
           "orientation. Closed, convex and planar within 1e-6 of the diameter, or what coordinates "
           "that are off by up to coordinate_rounding, m, leave open; or InputError.")
-      .def_property_readonly(
-          "vertices",
-          [](const py::object& self) {
-            const auto& v = self.cast<const Shape&>().vertices();
-            return view({v.cols(), 3}, v.data(), self);
-          },
-          "(n, 3), m; a read-only view")
-      .def_property_readonly(
-          "face_normals",
-          [](const py::object& self) {
-            const auto& v = self.cast<const Shape&>().face_normals();
-            return view({v.cols(), 3}, v.data(), self);
-          },
-          "(faces, 3), unit, outward; a read-only view")
+      .def_property_readonly("vertices", view_of(&Shape::vertices), "(n, 3), m; a read-only view")
+      .def_property_readonly("face_normals", view_of(&Shape::face_normals),
+                             "(faces, 3), unit, outward; a read-only view")
       .def_property_readonly("faces", &faces,
                              "vertex indices of each, counter-clockwise from outside")
       .def_property_readonly("edges", &edges, "(edges, 2): vertex indices, first < second")

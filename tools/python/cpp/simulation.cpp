@@ -313,16 +313,11 @@ const char* run_status_name(RunStatus status) {
 }
 
 py::dict monitor_dict(const scene_file::MonitorValue& m) {
-  py::dict result;
-  result["displacement"] = m.displacement;
-  result["velocity"] = m.velocity;
-  result["rotation"] = m.rotation;
-  result["angular_velocity"] = m.angular_velocity;
-  result["force"] = m.force;
-  result["normal_force"] = m.normal_force;
-  result["stress"] = m.stress;
-  result["strain"] = m.strain;
-  return result;
+  using namespace py::literals;
+  return py::dict("displacement"_a = m.displacement, "velocity"_a = m.velocity,
+                  "rotation"_a = m.rotation, "angular_velocity"_a = m.angular_velocity,
+                  "force"_a = m.force, "normal_force"_a = m.normal_force, "stress"_a = m.stress,
+                  "strain"_a = m.strain);
 }
 
 py::dict result_dict(const SceneFile& file, const scene_file::RunResult& run) {
