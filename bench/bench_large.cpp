@@ -2,26 +2,21 @@
 ///
 /// bench_large rest COLUMNS ROWS [elimination|multigrid|automatic [STEPS [THREADS [YOUNG]]]]
 /// bench_large peer COLUMNS ROWS CODE STEPS LIMIT
-/// bench_large machine
 /// bench_large beside COLUMNS ROWS STEPS
 ///
 /// `rest` and `peer` print one JSON object a step. `rest`: quoin with default options but for the
 /// linear solver; YOUNG: of bricks that deform, Pa; 0: rigid. `peer`: CODE as in bench_moving;
-/// LIMIT: CPU time of the steps, s. `machine`: what limits products of a matrix with a vector.
-/// `beside`: CPU time of a step in which one block falls beside the wall at rest, and of the block
-/// alone.
+/// LIMIT: CPU time of the steps, s. `beside`: CPU time of a step in which one block falls beside
+/// the wall at rest, and of the block alone.
 
-#include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <thread>
+#include <vector>
 
 #include "guarded_main.hpp"
 #include "scene_file/peak_memory.hpp"
@@ -156,48 +151,6 @@ void peer(int columns, int rows, const std::string& code, int steps, double limi
   }
 }
 
-/// Bytes a second that so many threads read together, by their CPU time, from arrays that no cache
-/// holds.
-double reading_rate(int threads) {
-  constexpr std::size_t kNumbers = 1 << 25;  // 256 MB a thread
-  std::vector<Eigen::VectorXd> arrays(static_cast<std::size_t>(threads));
-  std::vector<double> sums(arrays.size());
-  for (auto& array : arrays) array = Eigen::VectorXd::Ones(kNumbers);
-  double best = 0.0;
-  for (int turn = 0; turn < 3; ++turn) {
-    const double start = cpu_seconds();
-    std::vector<std::jthread> workers;
-    for (std::size_t t = 0; t < arrays.size(); ++t)
-      workers.emplace_back([&, t] { sums[t] = arrays[t].sum(); });
-    workers.clear();
-    const double seconds = (cpu_seconds() - start) / threads;
-    if (sums[0] > 0.0) best = std::max(best, 8.0 * kNumbers * threads / seconds);
-  }
-  return best;
-}
-
-/// Multiplications and additions a second of 6x6 blocks with vectors, from the nearest cache.
-double block_rate() {
-  constexpr int kBlocks = 64, kTurns = 20000;
-  std::vector<Eigen::Matrix<double, 6, 6>> blocks(kBlocks, Eigen::Matrix<double, 6, 6>::Identity());
-  Eigen::Matrix<double, 6, 1> x = Eigen::Matrix<double, 6, 1>::Ones(), sum = x;
-  double best = 0.0;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    const double start = cpu_seconds();
-    for (int turn = 0; turn < kTurns; ++turn) {
-      for (const auto& block : blocks) sum.noalias() += block * x;
-      x[turn % 6] = sum.sum() > 0.0 ? 1.0 : 2.0;
-    }
-    best = std::max(best, 72.0 * kBlocks * kTurns / (cpu_seconds() - start));
-  }
-  return best;
-}
-
-void machine() {
-  std::printf("{\"read_1\": %.4g, \"read_2\": %.4g, \"block_flops\": %.4g}\n", reading_rate(1),
-              reading_rate(2), block_rate());
-}
-
 /// Microseconds a step; a block falls from 400 m. `columns` 0: alone.
 double falling_step(int columns, int rows, int steps) {
   constexpr int kUntilRest = 6;
@@ -212,9 +165,8 @@ double falling_step(int columns, int rows, int steps) {
 
 void run(const std::vector<std::string>& words) {
   const auto count = [&](std::size_t i) { return std::stoi(words.at(i)); };
-  if (words.empty()) throw std::invalid_argument("which part: rest, peer, machine or beside");
+  if (words.empty()) throw std::invalid_argument("which part: rest, peer or beside");
   const std::string& what = words[0];
-  if (what == "machine") return machine();
   if (what == "peer")
     return peer(count(1), count(2), words.at(3), count(4), std::stod(words.at(5)));
   if (what == "beside") {

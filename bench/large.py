@@ -46,7 +46,7 @@ def rows_of(*words, may_break=False):
 
 def rest(given):
     program = given.bench / "bench_large"
-    result = {"machine": rows_of(program, "machine")[0], "rest": [], "peers": []}
+    result = {"rest": [], "peers": []}
     for columns, rows, threads, codes in WALLS[:-1] if given.quick else WALLS:
         for count in threads:
             result["rest"].append(rows_of(program, "rest", columns, rows, "automatic", REST_STEPS, count))

@@ -334,9 +334,7 @@ def growth(result):
     if len(rows) > 2:
         a, b = rows[0], rows[-1]
         words.append(f"{math.log(b['cpu_s'] / a['cpu_s']) / math.log(b['bricks'] / a['bricks']):.2f} in all (goal 1.15)")
-    machine = result["machine"]
-    return (f"CPU time grows with the power of the bricks: {', '.join(words)}. A core reads {machine['read_1'] / 1e9:.0f} GB/s "
-            f"from memory, two {machine['read_2'] / 1e9:.0f}; a core multiplies blocks at {machine['block_flops'] / 1e9:.0f} Gflop/s.")
+    return f"CPU time grows with the power of the bricks: {', '.join(words)}."
 
 
 def peers_table(result):
