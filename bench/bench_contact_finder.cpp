@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "allocations.hpp"
+#include "boxes_peer.hpp"
 #include "harness.hpp"
 #include "walls.hpp"
 
@@ -92,6 +93,13 @@ class WallRun {
     for (const char* peer : {"find", "find 2 threads", "pairs alone", "candidates alone",
                              "placements once", "moving the bricks", "2 workers in turns"})
       entries_.push_back({.workload = name, .peer = peer});
+#ifdef QUOIN_BENCH_BULLET
+    entries_.push_back({.workload = name, .peer = "Bullet's collision step"});
+    for (std::size_t i = 0; i < wall_.size(); ++i) placements_[i] = wall_.placement(i, 0);
+    // Bullet lists points of boxes that overlap alone: these do by as much as others are apart.
+    const geometry::Vector3 size = options.brick + geometry::Vector3::Constant(options.joint);
+    bullet_ = std::make_unique<BulletCollisionStep>(size, placements_);
+#endif
     boxes_.resize(wall_.size());
     bodies_.assign(wall_.size(), geometry::Body(*brick_));
     for (std::size_t i = 0; i < wall_.size(); ++i) {
@@ -159,6 +167,9 @@ class WallRun {
     pair_count_ = pairs->size();
     hints_.resize(pairs->size());
     time(2, [&] { search(*pairs); });
+#ifdef QUOIN_BENCH_BULLET
+    time(7, [&] { bullet_->step(placements_); });
+#endif
     double sum = 0.0;
     time(4, [&] { sum = placement_pass(placements_); });
     benchmark::DoNotOptimize(sum);
@@ -185,6 +196,9 @@ class WallRun {
   geometry::ContactFinder finder_2_{{.reach = kReach, .threads = 2}};
   InTurns in_turns_;
   geometry::ContactFinder finder_in_turns_{{.reach = kReach, .executor = &in_turns_}};
+#ifdef QUOIN_BENCH_BULLET
+  std::unique_ptr<BulletCollisionStep> bullet_;
+#endif
   geometry::BroadPhase broad_phase_;
   std::vector<geometry::Box> boxes_;
   std::vector<geometry::FeatureHint> hints_;

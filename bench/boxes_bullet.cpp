@@ -1,7 +1,8 @@
-/// Bullet's dbvt broad phase with its pair cache, used as btCollisionWorld does.
+/// Bullet's dbvt broad phase with its pair cache, used as btCollisionWorld does; and that world.
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <btBulletCollisionCommon.h>
 
 #include "boxes_peer.hpp"
 
@@ -42,7 +43,45 @@ class BulletBoxes final : public BoxesPeer {
   std::vector<btBroadphaseProxy*> proxies_;
 };
 
+btTransform to_bullet(const geometry::Placement& placement) {
+  const geometry::Matrix3& a = placement.linear;
+  const btMatrix3x3 turn(a(0, 0), a(0, 1), a(0, 2), a(1, 0), a(1, 1), a(1, 2), a(2, 0), a(2, 1),
+                         a(2, 2));
+  return btTransform(turn, to_bullet(placement.translation));
+}
+
 }  // namespace
+
+struct BulletCollisionStep::World {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broad_phase;
+  btCollisionWorld world{&dispatcher, &broad_phase, &configuration};
+  btBoxShape box;
+  std::vector<std::unique_ptr<btCollisionObject>> objects;
+  explicit World(const geometry::Vector3& size) : box(to_bullet(0.5 * size)) {}
+};
+
+BulletCollisionStep::BulletCollisionStep(const geometry::Vector3& size,
+                                         std::span<const geometry::Placement> at)
+    : world_(std::make_unique<World>(size)) {
+  for (const geometry::Placement& placement : at) {
+    btCollisionObject& object =
+        *world_->objects.emplace_back(std::make_unique<btCollisionObject>());
+    object.setCollisionShape(&world_->box);
+    object.setWorldTransform(to_bullet(placement));
+    world_->world.addCollisionObject(&object);
+  }
+}
+BulletCollisionStep::~BulletCollisionStep() {
+  for (const auto& object : world_->objects) world_->world.removeCollisionObject(object.get());
+}
+
+void BulletCollisionStep::step(std::span<const geometry::Placement> placements) {
+  for (std::size_t i = 0; i < placements.size(); ++i)
+    world_->objects[i]->setWorldTransform(to_bullet(placements[i]));
+  world_->world.performDiscreteCollisionDetection();
+}
 
 void append_bullet(BoxesPeers& peers) {
   peers.push_back(std::make_unique<BulletBoxes>("Bullet dbvt"));

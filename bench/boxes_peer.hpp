@@ -2,7 +2,7 @@
 /// Broad phases: boxes in, number of pairs of touching boxes out, step after step.
 
 #include <memory>
-#include <quoin/geometry/types.hpp>
+#include <quoin/geometry/body.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +28,18 @@ void append_fcl(BoxesPeers& peers);
 #endif
 #ifdef QUOIN_BENCH_BULLET
 void append_bullet(BoxesPeers& peers);
+
+/// Bullet's whole collision step of boxes that move: tree, pairs and manifolds.
+class BulletCollisionStep {
+ public:
+  BulletCollisionStep(const geometry::Vector3& size, std::span<const geometry::Placement> at);
+  ~BulletCollisionStep();
+  void step(std::span<const geometry::Placement> placements);
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
 #endif
 
 }  // namespace quoin::bench
