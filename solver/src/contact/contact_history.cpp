@@ -162,6 +162,21 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
 
+/// Where flush parts meet, a point of other parts stands as near as its own: it hands on nothing to
+/// one of another normal.
+bool has_history(const CarryOptions& options, std::span<const Contact> before,
+                 const BodyContact& contact) {
+  const int previous = contact.state.point.previous;
+  if (previous < 0) return false;
+  const ContactPoint& point = before[static_cast<std::size_t>(previous)].point;
+  const auto part = [&](int block, const geometry::Feature& feature) {
+    return part_of(options.models[static_cast<std::size_t>(block)], feature);
+  };
+  return (part(contact.a, point.key.feature_a) == contact.part_a &&
+          part(contact.b, point.key.feature_b) == contact.part_b) ||
+         point.normal.dot(contact.state.point.normal) > kLikeNormals;
+}
+
 double smaller_size(const CarryOptions& options, const BodyContact& contact) {
   return std::min(options.models[static_cast<std::size_t>(contact.a)].size,
                   options.models[static_cast<std::size_t>(contact.b)].size);
@@ -363,7 +378,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
-    if (previous[i] >= 0)
+    if (has_history(options, before, contact))
       hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
     else
       start_history(options, contact);
