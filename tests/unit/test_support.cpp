@@ -88,6 +88,7 @@ TEST_CASE("carriers of a support plane are checked as by the plain loop") {
             (near.size() == beyond.size()));
       CHECK(top.vertex == expected.vertex);
       CHECK(top.value == expected.value);
+      if (near.size() == 1) continue;
       near.resize(near.size() - 1);
       CHECK(!geometry::carried_alone(solid, d, {near, flat, clear}, top));
     }

@@ -40,24 +40,6 @@ LineNormal form_of(const Solid& a, const Solid& b, const Carrier& by_a, const Ca
   return edge_edge<kFused>(at_a, at_b, rounding);
 }
 
-/// Do just these vertices carry the support plane, clearly: all others lie deeper than `clear`, m?
-/// Then any way to the plane finds them.
-inline bool carry_alone(const Solid& solid, std::span<const int> vertices, const Vec3& outward,
-                        double rounding, double clear, int& top) {
-  const Rows rows(solid);
-  const Vec3 local = rows.local(outward);
-  top = vertices[0];
-  double most = rows.along(top, local), least = most;
-  for (const int v : vertices.subspan(1)) {
-    const double value = rows.along(v, local);
-    top = value > most ? v : top;
-    most = greater(value, most);
-    least = -greater(-least, -value);
-  }
-  return most - least <= kClearBelow * rounding &&
-         Scan::count_beyond(rows, local, most - clear) == static_cast<int>(vertices.size());
-}
-
 /// Has a face label an area that no tolerance takes for a line? Three of its corners within
 /// `tolerance` of a line would span less than twice that by the diameter.
 bool clearly_wide(const Solid& solid, int face, double tolerance) {
@@ -146,12 +128,20 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     form.normal = std::copysign(1.0, dot(form.normal, toward)) * form.normal;
   }
   const Vec3 normal = one_zero(form.normal);
-  int top_a, top_b;
+  // Do just these vertices carry the support plane, clearly? Then any way to the plane finds them.
+  const double flat = kClearBelow * length.rounding;
   const double clear = kByFace ? length.widest : (1.0 + kTurnedShare) * length.widest;
-  if (!carry_alone(a, vertices_of<kA>(a, by_a), normal, length.rounding, clear, top_a) ||
-      !carry_alone(b, vertices_of<kB>(b, by_b), -normal, length.rounding, clear, top_b))
+  const auto alone = [=](const Solid& solid, std::span<const int> set, const Vec3& outward,
+                         Support& top) {
+    const Rows rows(solid);
+    return Scan::carried_alone(rows, rows.local(outward), {set, flat, clear}, top);
+  };
+  Support top_a, top_b;
+  if (!alone(a, vertices_of<kA>(a, by_a), normal, top_a) ||
+      !alone(b, vertices_of<kB>(b, by_b), -normal, top_b))
     return Trial::Refuted;
-  const Vec3 high = highest<kA>(a, by_a, at_a, top_a), low = highest<kB>(b, by_b, at_b, top_b);
+  const Vec3 high = highest<kA>(a, by_a, at_a, top_a.vertex);
+  const Vec3 low = highest<kB>(b, by_b, at_b, top_b.vertex);
   const double gap = dot(normal, low - high);
   double inside = kByFace || overlap != nullptr ? kFirm * length.rounding : length.rounding;
   const bool apart = gap > kApart * length.rounding;

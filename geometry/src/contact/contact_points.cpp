@@ -491,8 +491,10 @@ bool is_part_of(const Solid& solid, const VertexSet& set, int face) {
 }
 
 /// Is a patch the edge, or the face, of just these vertices?
-bool is_laid(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set) {
-  const auto& [kind, index] = patch.label;
+bool is_laid(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set,
+             FeatureKind kind) {
+  const int index = patch.label.index;
+  if (patch.label.kind != kind) return false;
   if (kind == FeatureKind::Edge && set.size() == 2) {
     const auto [v, w] = solid.topology().edge(index);
     return std::min(v, w) == set[0] && std::max(v, w) == set[1];
@@ -509,8 +511,8 @@ void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind k
 
 /// Lays the two contact features, and what they share, unless that is done already.
 void lay_contact_features(const Working& work, const PairPoints& pair, Patches& patches) {
-  const bool has_p = is_laid(work.p, patches.p, pair.support_p);
-  const bool has_q = is_laid(work.q, patches.q, pair.support_q);
+  const bool has_p = is_laid(work.p, patches.p, pair.support_p, pair.kind_p);
+  const bool has_q = is_laid(work.q, patches.q, pair.support_q, pair.kind_q);
   if (!has_p) lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patches.p);
   if (!has_q) lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patches.q);
   if (pair.type == ContactType::EdgeEdgeParallel || (has_p && has_q && patches.alone)) return;

@@ -132,13 +132,17 @@ struct Scan {
   }
   static bool carried_alone(const Rows& rows, const Vec3& d, const Carriers& carriers,
                             Support& top) {
-    top = support(rows, d);
-    const auto only = [&](double value) {
-      const auto within =
-          std::ranges::count_if(carriers.set, [&](int v) { return rows.along(v, d) >= value; });
-      return within == std::ssize(carriers.set) && count_beyond(rows, d, value) == within;
-    };
-    return only(top.value - carriers.flat) && only(top.value - carriers.clear);
+    int highest = carriers.set[0];
+    double most = rows.along(highest, d), least = most;
+    for (const int v : carriers.set.subspan(1)) {
+      const double value = rows.along(v, d);
+      highest = value > most ? v : highest;
+      most = greater(value, most);
+      least = lesser(value, least);
+    }
+    top = {highest, most + 0.0};  // one zero
+    return most - least <= carriers.flat &&
+           count_beyond(rows, d, most - carriers.clear) == std::ssize(carriers.set);
   }
 
  private:

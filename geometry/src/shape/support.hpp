@@ -37,14 +37,14 @@ int count_beyond(const Solid& polyhedron, const Vector3& direction, double value
 bool only_these_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set);
 
-/// Vertices (ascending) that are to carry a support plane: all of them less than `flat` below it,
-/// all others more than `clear`. m
+/// Vertices (ascending) that are to carry a support plane: all of them at most `flat` below it, all
+/// others more than `clear`. m
 struct Carriers {
   std::span<const int> set;
   double flat = 0.0, clear = 0.0;
 };
 
-/// Do they? `top` is the support in any case.
+/// Do they? Then `top` is the support.
 bool carried_alone(const Solid& polyhedron, const Vector3& direction, const Carriers& carriers,
                    Support& top);
 
