@@ -1,5 +1,5 @@
 /// Blocks of several convex parts: one mass, contacts by part. Closed forms are
-/// tools/scenes/cases/ell_*.json and halves_joined.json.
+/// tools/scenes/cases/ell_*.json, halves_joined.json and slides_over_parts.json.
 
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/mass_properties.hpp>
@@ -13,27 +13,6 @@ namespace geometry = quoin::geometry;
 using namespace quoin::tests;
 
 namespace {
-
-const Material kStone{.density = 2000, .young = 1e9, .poisson = 0.2};
-
-/// Turned, and as far away as wanted.
-struct Frame {
-  Matrix3 turn = Eigen::AngleAxisd(0.7, Vector3(1, 2, -1).normalized()).toRotationMatrix();
-  Vector3 origin = Vector3::Zero();
-  double stretch = 1.0;
-  geometry::Placement placement() const { return {turn, origin}; }
-  Vector3 gravity(const Vector3& local) const { return turn * local; }
-};
-
-Block block_of(std::vector<geometry::Shape> parts, BlockKind kind, const Frame& frame) {
-  Block block;
-  block.shape = std::make_shared<const geometry::Shape>(parts.front());
-  if (parts.size() > 1) block = compound(std::move(parts));
-  block.material = kStone;
-  block.kind = kind;
-  block.placement = frame.placement();
-  return block;
-}
 
 std::vector<geometry::Shape> ell() {  // foot along x, upright at its left end; centroid x = 0.75
   return {geometry::make_box({0, 0, 0}, {2, 1, 1}), geometry::make_box({0, 0, 1}, {1, 1, 3})};
@@ -57,31 +36,24 @@ TEST_CASE("Mass properties of parts sum up about their common centroid") {
   CHECK_THROWS_AS(compound(none), InputError);
 }
 
-TEST_CASE("A block slides over the flush parts of a floor, and on from a checkpoint") {
+TEST_CASE("Blocks of several parts go on from a checkpoint") {
   const BlockKind kind = GENERATE(BlockKind::Rigid, BlockKind::Deformable);
-  const Frame frame;
   Scene scene;
-  scene.gravity = frame.gravity({0, 0, -9.81});
-  scene.blocks.push_back(block_of({geometry::make_box({-1, -1, -1}, {0.1, 1, 0}),
-                                   geometry::make_box({0.1, -1, -1}, {0.7, 0.05, 0}),
-                                   geometry::make_box({0.1, 0.05, -1}, {0.7, 1, 0}),
-                                   geometry::make_box({0.7, -1, -1}, {3, 1, 0})},
-                                  BlockKind::Fixed, frame));
-  scene.blocks.push_back(block_of({geometry::make_box({-0.6, -0.2, 0}, {-0.3, 0.3, 0.4}),
-                                   geometry::make_box({-0.3, -0.2, 0}, {0, 0.3, 0.2})},
-                                  kind, frame));
-  scene.blocks.back().velocity = frame.turn * Vector3(1, 0.1, 0);
+  scene.blocks.push_back(compound({geometry::make_box({-1, -1, -1}, {1.3, 1, 0}),
+                                   geometry::make_box({1.3, -1, -1}, {5, 1, 0})}));
+  scene.blocks[0].kind = BlockKind::Fixed;
+  Block& block = scene.blocks.emplace_back(compound(ell()));
+  block.material = {.density = 2000, .young = 1e9, .poisson = 0.2};
+  block.kind = kind;
+  block.velocity = {1, 0.1, 0};
   Simulation simulation(scene, {.time_step = 5e-3});
   std::stringstream saved;
   for (int step = 0; step < 200; ++step) {
     if (step == 100) simulation.save(saved);
     REQUIRE(simulation.advance().status == StepStatus::Converged);
   }
-  const BlockState& end = simulation.state().blocks[1];
-  const Vector3 along = frame.turn.transpose() * end.velocity;  // it still swings a little, upwards
-  CHECK((along - Vector3(1, 0.1, along.z())).norm() < 1e-9);
   Simulation resumed(scene, {.time_step = 5e-3}, saved);
   for (int step = 100; step < 200; ++step)
     REQUIRE(resumed.advance().status == StepStatus::Converged);
-  CHECK(resumed.state().blocks[1].centroid == end.centroid);
+  CHECK(resumed.state().blocks[1].centroid == simulation.state().blocks[1].centroid);
 }
