@@ -46,6 +46,14 @@ class UntrustedRuns(FolderTest):
         code, summary = self.run_scene(scene([ground, still], {"friction_angle_deg": 30}, end_time=0.2))
         self.assertEqual((code, summary["flags"]), (0, []))
 
+    def test_turns_too_large_for_a_step(self):
+        """2.5 rad each, where sub-steps are not allowed (cases/flags_of_motion.json: where they are)."""
+        block = box("b", [0, 0, 0], [1, 1, 1], angular_velocity=[0, 0, 50])
+        code, summary = self.run_scene({**scene([block], {"friction_angle_deg": 0}, gravity=[0, 0, 0], end_time=1),
+                                        "time_step": 0.05, "smallest_time_step": 0.05})
+        self.assertEqual((code, summary["status"]), (1, "not_trusted"))
+        self.assertEqual([f["flag"] for f in summary["flags"]], ["turn"])
+
     def test_a_static_stage_that_still_seeks(self):
         tilted = [9.81 * math.sin(math.radians(20)), 0, -9.81 * math.cos(math.radians(20))]
         blocks = [box("ground", [-5, -5, -1], [5, 5, 0], "fixed"), box("b", [0, 0, 0], [1, 1, 1])]

@@ -207,27 +207,6 @@ TEST_CASE("islands: an impact holds the strain of its own island alone") {
   CHECK(hit);
 }
 
-TEST_CASE("islands: what stands costs nothing while another block falls") {
-  Scene scene = empty_scene();
-  add_ground(scene, kHere);
-  for (int k = 0; k < 10; ++k)
-    scene.add_rigid(box(kHere + Vector3(-0.5, -0.5, k), Vector3::Ones()), kRigid);
-  const int falling = scene.add_rigid(box(kThere + Vector3(0, 0, 50), Vector3::Ones()), kRigid);
-  Simulation simulation(scene, {.time_step = 1e-2});
-  for (int step = 0; step < 20; ++step)
-    REQUIRE(simulation.advance().status == StepStatus::Converged);
-  for (int step = 0; step < 20; ++step) {
-    const StepReport report = simulation.advance();
-    CHECK(report.islands == 2);
-    CHECK(report.islands_at_rest == 1);
-    CHECK(report.block_solves <= 2);
-  }
-  const double time = simulation.state().time;
-  const double fallen =
-      50.5 - simulation.state().blocks[static_cast<std::size_t>(falling)].centroid.z();
-  CHECK_THAT(fallen, Catch::Matchers::WithinRel(0.5 * 9.81 * time * time, 1e-9));
-}
-
 TEST_CASE("islands: blocks that meet within a step are one island's") {
   Scene scene = empty_scene();
   scene.gravity = Vector3(0, 0, 0);
