@@ -71,14 +71,9 @@ void find_carriers(const Solid& polyhedron, const Vector3& outward, const Vertex
     if (!carriers.contains(feature)) carriers.push_back(feature);
   };
   const LooksAlong looks_along(polyhedron, outward);
-  std::uint64_t asked = 0, looking = 0;  // of the first 64 faces
   const auto looks = [&](int face) {
-    const std::uint64_t bit = face < 64 ? std::uint64_t{1} << face : 0;
-    if ((asked & bit) != 0) return (looking & bit) != 0;
     const bool along = looks_along(face);
     if (along) add({FeatureKind::Face, face});
-    asked |= bit;
-    looking |= along ? bit : 0;
     return along;
   };
   for (const int v : band) {
@@ -176,44 +171,10 @@ bool named(const SharedCorner& corner) {
   return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
 }
 
-/// Box, in the contact plane, around the part of a patch that lies within a band of heights.
-struct BandBox {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = -low;
-  void add(const Vector2& place) {
-    low = low.cwiseMin(place);
-    high = high.cwiseMax(place);
-  }
-  bool meets(const BandBox& other, double slack) const {
-    return (low - other.high).maxCoeff() <= slack && (other.low - high).maxCoeff() <= slack;
-  }
-};
-
-/// `sign` +1: heights of at least `limit`; -1: of at most it. m
-BandBox band_box(const ProjectedFeature& patch, double limit, double sign) {
-  BandBox box;
-  for (std::size_t k = 0; k < patch.corners.size(); ++k) {
-    const ProjectedCorner& c = patch.corners[k];
-    const ProjectedCorner& next = patch.corners[k + 1 < patch.corners.size() ? k + 1 : 0];
-    const double here = sign * (c.height - limit), there = sign * (next.height - limit);
-    if (here >= 0.0) box.add(c.place);
-    if ((here >= 0.0) != (there >= 0.0))
-      box.add(c.place + here / (here - there) * (next.place - c.place));
-  }
-  return box;
-}
-
 /// The features that may carry points, in the order in which they are tried.
 struct Carriers {
   SmallVector<Feature, 32> p, q;
-  bool many() const { return p.size() * q.size() > 1; }
 };
-
-void find_all_carriers(const Solid& p, const Solid& q, const PairPoints& pair, Carriers& carriers) {
-  const Vector3 &outward_p = pair.plane.normal, outward_q = -outward_p;
-  find_carriers(p, outward_p, pair.band_p, pair.support_p, carriers.p);
-  find_carriers(q, outward_q, pair.band_q, pair.support_q, carriers.q);
-}
 
 /// Of two points of one name the lower one keeps it: of needles one may come at two places.
 void merge_twins(SharedCorners& points) {
@@ -322,7 +283,8 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   const Solid &p = work.p, &q = work.q;
   const double band = work.band, rounding = work.rounding;
   Carriers carriers;
-  find_all_carriers(p, q, pair, carriers);
+  find_carriers(p, pair.plane.normal, pair.band_p, pair.support_p, carriers.p);
+  find_carriers(q, -pair.plane.normal, pair.band_q, pair.support_q, carriers.q);
   const auto one_face = [](const SmallVector<Feature, 32>& of) {
     return of.size() == 1 && of[0].kind == FeatureKind::Face;
   };
@@ -331,22 +293,10 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding))
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   auto& [patch_p, patch_q, corners, alone] = patches;
-  // Points lie near the tops of both solids: where there are many pairs of features, most of them
-  // have no such places over each other, and need no closer look.
-  const double wider = 2 * band + 64 * rounding;
-  SmallVector<BandBox, 32> boxes_q;
-  if (carriers.many()) {
-    for (const Feature& g : carriers.q) {
-      lay_feature(q, g, pair.plane, -1.0, patch_q);
-      boxes_q.push_back(band_box(patch_q, pair.gap + wider, -1.0));
-    }
-  }
   for (const Feature& f : carriers.p) {
     lay_feature(p, f, pair.plane, 1.0, patch_p);
-    const BandBox box_p = carriers.many() ? band_box(patch_p, -wider, 1.0) : BandBox{};
-    for (std::size_t k = 0; k < carriers.q.size(); ++k) {
-      if (carriers.many() && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
-      lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
+    for (const Feature& g : carriers.q) {
+      lay_feature(q, g, pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
       const std::size_t shared = corners.size();
@@ -503,18 +453,12 @@ bool is_laid(const Solid& solid, const ProjectedFeature& patch, const VertexSet&
          solid.shape().label_fit(index).outside < kInfinity && is_part_of(solid, set, index);
 }
 
-void lay_contact_feature(const Solid& solid, const VertexSet& set, FeatureKind kind,
-                         const ContactPlane& plane, double outward, ProjectedFeature& patch) {
-  if (kind == FeatureKind::Face) return lay_support_polygon(solid, set, plane, outward, patch);
-  lay_support_set(solid, set, kind, plane, outward, patch);
-}
-
 /// Lays the two contact features, and what they share, unless that is done already.
 void lay_contact_features(const Working& work, const PairPoints& pair, Patches& patches) {
   const bool has_p = is_laid(work.p, patches.p, pair.support_p, pair.kind_p);
   const bool has_q = is_laid(work.q, patches.q, pair.support_q, pair.kind_q);
-  if (!has_p) lay_contact_feature(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patches.p);
-  if (!has_q) lay_contact_feature(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patches.q);
+  if (!has_p) lay_support_set(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patches.p);
+  if (!has_q) lay_support_set(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patches.q);
   if (pair.type == ContactType::EdgeEdgeParallel || (has_p && has_q && patches.alone)) return;
   patches.corners.clear();
   append_shared_corners(patches.p, patches.q, work.rounding, patches.corners);

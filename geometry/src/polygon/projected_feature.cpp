@@ -76,6 +76,13 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
   set_slope(polyhedron, plane, patch);
 }
 
+bool is_flat(const ProjectedFeature& patch, double rounding) {
+  return patch.corners.size() < 3 ||
+         std::all_of(patch.corners.begin(), patch.corners.end(), [&](const ProjectedCorner& c) {
+           return std::abs(c.height - patch.surface_height(c.place)) <= rounding;
+         });
+}
+
 namespace {
 
 /// Are the vertices of a feature just these (ascending)?
@@ -91,15 +98,7 @@ bool has_just(const Topology& topology, const Feature& feature, const VertexSet&
   return are({&feature.index, 1});
 }
 
-}  // namespace
-
-bool is_flat(const ProjectedFeature& patch, double rounding) {
-  return patch.corners.size() < 3 ||
-         std::all_of(patch.corners.begin(), patch.corners.end(), [&](const ProjectedCorner& c) {
-           return std::abs(c.height - patch.surface_height(c.place)) <= rounding;
-         });
-}
-
+/// Lays the hull of a support set that spans a polygon into the plane.
 void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
                          const ContactPlane& plane, double outward, ProjectedFeature& patch) {
   const Topology& topology = polyhedron.topology();
@@ -123,18 +122,15 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   set_slope(polyhedron, plane, patch);
 }
 
+}  // namespace
+
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch) {
-  if (kind == FeatureKind::Edge && vertices.size() == 2) {
-    const int edge = polyhedron.topology().find_edge(vertices[0], vertices[1]);
-    const bool whole = edge >= 0 && has_just(polyhedron.topology(), {kind, edge}, vertices);
-    if (whole) return lay_feature(polyhedron, {kind, edge}, plane, outward, patch);
-  }
+  if (kind == FeatureKind::Face)
+    return lay_support_polygon(polyhedron, vertices, plane, outward, patch);
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
   if (name.kind == kind && has_just(polyhedron.topology(), name, vertices))
     return lay_feature(polyhedron, name, plane, outward, patch);
-  if (kind == FeatureKind::Face)
-    return lay_support_polygon(polyhedron, vertices, plane, outward, patch);
   patch.corners.clear();
   patch.label = name;
   if (kind == FeatureKind::Vertex)

@@ -38,10 +38,6 @@ int facing_face(const Solid& polyhedron, std::span<const int> faces, const Vecto
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch);
 
-/// Lays the hull of a support set that spans a polygon into the plane.
-void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
-                         const ContactPlane& plane, double outward, ProjectedFeature& patch);
-
 /// Lays a support set into the plane; just the vertices of a face as its label has them.
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch);
