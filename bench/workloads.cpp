@@ -302,11 +302,11 @@ BenchShape prism_shape(const std::vector<Eigen::Vector2d>& polygon, double half_
   return shape_of(geometry::make_shape(vertices, triangles));
 }
 
-/// The families "box-tilt-1e-6" and "box-rock-1e-6": by how much one box leans against the other,
+/// The families "box-tilt-1e-6" and "box-rock-1e-6": by how much one block leans against the other,
 /// rad; 0 for others.
 double tilt_of(const std::string& family) {
-  const bool leans = family.starts_with("box-tilt-") || family.starts_with("box-rock-");
-  return leans ? std::stod(family.substr(9)) : 0.0;
+  const std::size_t at = std::min(family.find("-tilt-"), family.find("-rock-"));
+  return at < family.size() ? std::stod(family.substr(at + 6)) : 0.0;
 }
 
 /// One block on another as in running bond, gap or overlap 1e-6 … 1e-3 of the size; where it leans,
@@ -387,9 +387,9 @@ std::vector<std::string> distance_workload_names() {
 }
 
 std::vector<std::string> manifold_workload_names() {
-  return {"W4/box-overlap",   "W4/box-gap",       "W4/prism-overlap",
-          "W4/prism-gap",     "W4/box-tilt-1e-9", "W4/box-tilt-1e-6",
-          "W4/box-tilt-1e-3", "W4/box-tilt-1e-2", "W4/box-rock-1e-3"};
+  return {"W4/box-overlap",   "W4/box-gap",        "W4/prism-overlap", "W4/prism-gap",
+          "W4/box-tilt-1e-9", "W4/box-tilt-1e-6",  "W4/box-tilt-1e-3", "W4/box-tilt-1e-2",
+          "W4/box-rock-1e-3", "W4/prism-tilt-1e-3"};
 }
 
 Workload make_workload(const std::string& name, const WorkloadScale& scale) {
