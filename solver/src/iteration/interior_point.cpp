@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "iteration/cone_algebra.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -24,39 +26,6 @@ constexpr double kHeld = 1e8;  // what a held point opposes, by what its blocks 
 constexpr double kShortest = 1e-6;  // a step that goes nowhere
 
 constexpr Admissible kCone{};
-
-/// x_n² - |x_t|², positive inside.
-double determinant(const Vector3& x) {
-  const double tangential = x.tail<2>().norm();
-  return std::max((x[0] - tangential) * (x[0] + tangential), 1e-300);
-}
-
-/// x o y of the cone's Jordan algebra.
-Vector3 jordan_product(const Vector3& x, const Vector3& y) {
-  const Eigen::Vector2d tangential = x[0] * y.tail<2>() + y[0] * x.tail<2>();
-  return {x.dot(y), tangential[0], tangential[1]};
-}
-
-/// z with l o z = v.
-Vector3 jordan_quotient(const Vector3& l, const Vector3& v) {
-  const double det = determinant(l), along = l.tail<2>().dot(v.tail<2>());
-  const Eigen::Vector2d tangential =
-      (det * v.tail<2>() + along * l.tail<2>()) / l[0] - v[0] * l.tail<2>();
-  return Vector3(l[0] * v[0] - along, tangential[0], tangential[1]) / det;
-}
-
-/// The largest step along dx, at most 1, that stays in the cone.
-double longest_step(const Vector3& x, const Vector3& dx) {
-  const double a = dx[0] * dx[0] - dx.tail<2>().squaredNorm();
-  const double b = x[0] * dx[0] - x.tail<2>().dot(dx.tail<2>());
-  const double discriminant = b * b - a * determinant(x);
-  double step = dx[0] < 0.0 ? std::min(1.0, -x[0] / dx[0]) : 1.0;
-  if (!(discriminant >= 0.0)) return step;  // a s² + 2 b s + det(x) has no root
-  const double root = std::sqrt(discriminant), q = -(b + (b >= 0.0 ? root : -root));
-  for (const double s : {q / a, determinant(x) / q})
-    if (s > 0.0) step = std::min(step, s);  // not of NaN and infinity
-  return step;
-}
 
 }  // namespace
 
@@ -138,27 +107,16 @@ double InteriorPoint::infeasibility() const {
   return sum / static_cast<double>(x_.size());
 }
 
-/// [Vandenberghe 2010, section 4.3]
 void InteriorPoint::set_scalings() {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     if (held(i)) {
       tangents_[i] = kHeld * Matrix3::Identity();
       continue;
     }
-    const double det_x = determinant(x_[i]), det_y = determinant(y_[i]);
-    const Vector3 a = x_[i] / std::sqrt(det_x), b = y_[i] / std::sqrt(det_y);
-    const double gamma = std::sqrt(0.5 * (1.0 + a.dot(b)));
-    const double first = (a[0] + b[0]) / (2.0 * gamma);
-    const Eigen::Vector2d rest = (a.tail<2>() - b.tail<2>()) / (2.0 * gamma);
-    const double size = std::sqrt(std::sqrt(det_x / det_y));
+    const ConeScaling scaling = cone_scaling(x_[i], y_[i]);
     Scaling& w = scalings_[i];
-    w.scale << first, rest.transpose(), rest,
-        Eigen::Matrix2d::Identity() + rest * rest.transpose() / (1.0 + first);
-    w.unscale = w.scale;
-    w.unscale.block<1, 2>(0, 1) *= -1.0;
-    w.unscale.block<2, 1>(1, 0) *= -1.0;
-    w.scale *= size;
-    w.unscale /= size;
+    w.scale = matrix(scaling, 1.0);
+    w.unscale = matrix(scaling, -1.0);
     w.lambda = w.scale * y_[i];
     tangents_[i] = w.scale * w.scale;
   }
@@ -192,10 +150,10 @@ double InteriorPoint::direction(Part part, double mean) {
     Vector3 r = -x_[i];
     if (part != Part::Predictor) {
       const Scaling& w = scalings_[i];
-      Vector3 left = -jordan_product(w.lambda, w.lambda);
-      if (part == Part::Corrector) left -= jordan_product(w.unscale * dx_[i], w.scale * dy_[i]);
+      Vector3 left = -product(w.lambda, w.lambda);
+      if (part == Part::Corrector) left -= product(w.unscale * dx_[i], w.scale * dy_[i]);
       left[0] += mean;
-      r = w.scale * jordan_quotient(w.lambda, left);
+      r = w.scale * quotient(w.lambda, left);
     }
     dx_[i] = r;
     dy_[i] = pressed(i) - y_[i];
@@ -211,7 +169,7 @@ double InteriorPoint::direction(Part part, double mean) {
       dy_[i].setZero();
       continue;
     }
-    step = std::min({step, longest_step(x_[i], dx_[i]), longest_step(y_[i], dy_[i])});
+    step = std::min({step, longest(x_[i], dx_[i]), longest(y_[i], dy_[i])});
   }
   return step;
 }

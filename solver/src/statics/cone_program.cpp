@@ -7,6 +7,7 @@
 #include <map>
 
 #include "base/index.hpp"
+#include "iteration/cone_algebra.hpp"
 
 namespace quoin::solver {
 
@@ -106,78 +107,6 @@ struct Cone {
   double sign = -1.0;  ///< of lambda's row of G
 };
 
-/// W of a cone: W z = W⁻¹ s. Of a single row `w[0]` alone counts.
-struct Scaling {
-  double eta = 1.0;
-  Vector3 w = Vector3::UnitX();
-};
-
-double determinant(const Vector3& v) {
-  const double rest = v.tail<2>().norm();
-  return (v[0] - rest) * (v[0] + rest);
-}
-
-Scaling scaling(const Vector3& s, const Vector3& z) {
-  const double det_s = std::sqrt(determinant(s)), det_z = std::sqrt(determinant(z));
-  const Vector3 s1 = s / det_s, z1 = z / det_z;
-  const Vector3 mirrored(z1[0], -z1[1], -z1[2]);
-  const double gamma = std::sqrt(0.5 * (1.0 + s1.dot(z1)));
-  return {std::sqrt(det_s / det_z), (s1 + mirrored) / (2.0 * gamma)};
-}
-
-Vector3 scaled(const Scaling& scaling, const Vector3& v, double sign) {
-  const Vector3& w = scaling.w;
-  const double along = w.tail<2>().dot(v.tail<2>());
-  Vector3 result;
-  result[0] = w[0] * v[0] + sign * along;
-  result.tail<2>() = v.tail<2>() + (sign * v[0] + along / (1.0 + w[0])) * w.tail<2>();
-  return sign > 0.0 ? Vector3(scaling.eta * result) : Vector3(result / scaling.eta);
-}
-
-/// W W v, and W⁻¹ W⁻¹ v.
-Vector3 scaled_twice(const Scaling& scaling, const Vector3& v, double sign) {
-  Vector3 w = scaling.w;
-  w.tail<2>() *= sign;
-  const double along = 2.0 * w.dot(v);
-  const Vector3 result(along * w[0] - v[0], along * w[1] + v[1], along * w[2] + v[2]);
-  const double squared = scaling.eta * scaling.eta;
-  return sign > 0.0 ? Vector3(squared * result) : Vector3(result / squared);
-}
-
-Matrix3 matrix(const Scaling& scaling) {
-  Matrix3 result;
-  for (int i = 0; i < 3; ++i) result.col(i) = scaled(scaling, Vector3::Unit(i), 1.0);
-  return result;
-}
-
-Vector3 product(const Vector3& u, const Vector3& v) {
-  Vector3 result = u[0] * v + v[0] * u;
-  result[0] = u.dot(v);
-  return result;
-}
-
-/// u with l o u = r.
-Vector3 quotient(const Vector3& l, const Vector3& r) {
-  Vector3 u;
-  u[0] = (l[0] * r[0] - l.tail<2>().dot(r.tail<2>())) / determinant(l);
-  u.tail<2>() = (r.tail<2>() - u[0] * l.tail<2>()) / l[0];
-  return u;
-}
-
-/// Longest alpha with v + alpha d in the cone.
-double longest(const Vector3& v, const Vector3& d) {
-  const double a = determinant(d), b = v[0] * d[0] - v.tail<2>().dot(d.tail<2>());
-  const double c = determinant(v), root = b * b - a * c;
-  double alpha = d[0] < 0.0 ? -v[0] / d[0] : kInfinite;
-  if (!(root >= 0.0)) return alpha;
-  const double q = -(b + std::copysign(std::sqrt(root), b));
-  for (const double t : {q / a, c / q})
-    if (t > 0.0) alpha = std::min(alpha, t);
-  return alpha;
-}
-
-double longest(double v, double d) { return d < 0.0 ? -v / d : kInfinite; }
-
 double largest(const VectorXd& v) { return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0; }
 
 /// A direction, or a right-hand side, of x (with lambda), y and z.
@@ -245,7 +174,7 @@ class InteriorPoint {
   VectorXd b_, c_, h_, e_, proximal_;   ///< the last: of x
   VectorXd x_, y_, s_, z_, best_x_, best_y_, mechanism_y_;
   double tau_ = 1.0, kappa_ = 1.0, best_ = kInfinite, least_wrong_ = kInfinite;
-  std::vector<Scaling> scalings_;
+  std::vector<ConeScaling> scalings_;  ///< of a single row `w[0]` alone counts
   VectorXd l_;
   std::vector<Matrix3> inverse_;  ///< D⁻¹
   double inverse_factor_ = 0.0;   ///< D⁻¹ of lambda
@@ -411,7 +340,7 @@ void InteriorPoint::set_scalings() {
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
     if (cones_[k].round)
-      scalings_[k] = scaling(s_.segment<3>(row), z_.segment<3>(row));
+      scalings_[k] = cone_scaling(s_.segment<3>(row), z_.segment<3>(row));
     else
       scalings_[k].w[0] = std::sqrt(s_[row] / z_[row]);
   }
@@ -434,14 +363,12 @@ Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   const double eta = scalings_[index(round)].eta;
   const bool cut_off = row_of_[contact] >= 0 && rest(0, 0) * eta * eta > 1.0;
   if (c.friction > 0.0 && !cut_off) {
-    const Matrix3 w = matrix(scalings_[index(round)]);
+    const Matrix3 w = matrix(scalings_[index(round)], 1.0);
     const Matrix3 u = Vector3(1.0 / c.friction, 1.0, 1.0).asDiagonal() * w;
     const Matrix3 inner = Matrix3::Identity() + u.transpose() * rest * u;
     return u * inner.inverse() * u.transpose();
   }
-  Matrix3 unscaled;
-  for (int i = 0; i < 3; ++i)
-    unscaled.col(i) = scaled(scalings_[index(round)], Vector3::Unit(i), -1.0);
+  const Matrix3 unscaled = matrix(scalings_[index(round)], -1.0);
   const Matrix3 g = Vector3(c.friction, 1.0, 1.0).asDiagonal();
   rest += g * unscaled * unscaled * g;
   return rest.inverse();
