@@ -5,9 +5,8 @@
 /// where that does not end, contacts yield by a share of their own Delassus block, and a projection
 /// closes the gaps that are left. See solver/README.md.
 
-#include "iteration/cone_projection.hpp"
-#include "iteration/gap_projection.hpp"
 #include "iteration/open_close.hpp"
+#include "iteration/projections.hpp"
 
 namespace quoin::solver {
 
