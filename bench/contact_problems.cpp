@@ -8,9 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <quoin/solver/contact_problem.hpp>
 #include <string>
 #include <vector>
+
+#include "scene_file/contact_problem_file.hpp"
 
 namespace {
 
@@ -48,7 +49,8 @@ std::map<std::string, std::vector<solver::ContactProblem>> read_all(const char* 
   std::map<std::string, std::vector<solver::ContactProblem>> scenes;
   for (const auto& file : files) {
     std::ifstream in(file);
-    scenes[file.parent_path().filename().string()].push_back(solver::read_contact_problem(in));
+    scenes[file.parent_path().filename().string()].push_back(
+        quoin::scene_file::read_contact_problem(in));
   }
   return scenes;
 }

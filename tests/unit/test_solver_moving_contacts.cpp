@@ -10,6 +10,7 @@
 #include <quoin/solver/contact_problem.hpp>
 #include <sstream>
 
+#include "scene_file/contact_problem_file.hpp"
 #include "solver/src/iteration/cone.hpp"
 #include "support/catch.hpp"
 #include "support/random.hpp"
@@ -17,6 +18,7 @@
 
 using namespace quoin::solver;
 using namespace quoin::tests;
+namespace scene_file = quoin::scene_file;
 
 namespace {
 
@@ -389,20 +391,20 @@ TEST_CASE("a contact problem is read back to the bit") {
   ContactProblem problem = tower(3, random_vector(random), random.uniform(0, 1));
   for (ContactProblem::Contact& contact : problem.contacts) contact.offset = random_vector(random);
   std::stringstream text, again;
-  write(text, problem);
-  const ContactProblem copy = read_contact_problem(text);
-  write(again, copy);
+  scene_file::write(text, problem);
+  const ContactProblem copy = scene_file::read_contact_problem(text);
+  scene_file::write(again, copy);
   REQUIRE(text.str() == again.str());
   REQUIRE(copy.contacts.back().rows_a == problem.contacts.back().rows_a);
 }
 
 TEST_CASE("a contact problem that is cut short or wrong says where") {
   std::ostringstream text;
-  write(text, tower(2, {0, 0, -1}, 0.5));
+  scene_file::write(text, tower(2, {0, 0, -1}, 0.5));
   const auto message = [](const std::string& given) {
     std::istringstream in(given);
     try {
-      read_contact_problem(in);
+      scene_file::read_contact_problem(in);
     } catch (const InputError& error) {
       return std::string(error.what());
     }

@@ -8,7 +8,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <quoin/solver/contact_problem.hpp>
 #include <quoin/solver/parts.hpp>
 #include <set>
 
@@ -20,6 +19,7 @@
 #include "path_to_write.hpp"
 #include "processes.hpp"
 #include "run_files.hpp"
+#include "scene_file/contact_problem_file.hpp"
 #include "scene_file/mechanism_proof.hpp"
 #include "scene_file/peak_memory.hpp"
 #include "scene_file/points_outside.hpp"
@@ -206,7 +206,7 @@ class ProblemFiles {
     std::snprintf(name, sizeof name, "contact_problem_%06ld_%06d.txt", step, problem.first_block);
     const std::filesystem::path path = folder.file(name);
     std::ofstream file(path);
-    solver::write(file, problem);
+    scene_file::write(file, problem);
     file.close();
     if (!file) failed_ = scene_file::unwritable(path.string()).what();
   }

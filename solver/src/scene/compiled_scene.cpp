@@ -602,7 +602,7 @@ PrescribedMotion integrate(const Motion& motion, const PrescribedMotion& known, 
 double jump_within(const VectorOfTime& velocity, double from, double to) {
   constexpr int kPieces = 4;          // of a smooth one no quarter has nearly all of the change
   constexpr double kNearlyAll = 0.9;  // of the change
-  constexpr int kHalvings = 32;
+  constexpr int kHalvings = 32;       // to 2^-34 of the interval
   std::array<Vector3, kPieces + 1> values;
   double change = 0.0;
   for (int k = 0; k <= kPieces; ++k) {

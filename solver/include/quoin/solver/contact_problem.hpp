@@ -1,5 +1,6 @@
 #pragma once
-/// The linearised contact problem of a step as numbers of its own: written, read, solved.
+/// The linearised contact problem of a step as numbers of its own. As text:
+/// tools/scene_file/contact_problem_file.hpp.
 ///
 ///   M v = f + H r,   u = Hᵀ v + w,   and at each contact Coulomb's law:
 ///   0 <= r_n ⊥ u_n >= 0,   |r_t| <= mu r_n,   r_t against u_t at the limit.
@@ -7,7 +8,6 @@
 /// v are increments of the step (m, turns, strains), u gaps and slips at its end, r forces: the
 /// names of fclib's global problem [Acary, Brémond, Koziara & Pérignon 2014].
 
-#include <iosfwd>
 #include <quoin/solver/simulation.hpp>
 
 namespace quoin::solver {
@@ -34,11 +34,6 @@ struct ContactProblem {
   std::vector<Contact> contacts{};
   int first_block = -1;  ///< lowest of its blocks in the scene: names the island; -1: from a file
 };
-
-/// Text: see solver/README.md, "Contact problems". Numbers are read back to the bit.
-void write(std::ostream& out, const ContactProblem& problem);
-/// Throws InputError naming what is wrong, and where.
-ContactProblem read_contact_problem(std::istream& in);
 
 struct ContactSolution {
   bool converged = false;
