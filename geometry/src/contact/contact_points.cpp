@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 #include "certify/canonical_order.hpp"
@@ -171,6 +170,20 @@ bool named(const SharedCorner& corner) {
   return corner.feature_p.index >= 0 && corner.feature_q.index >= 0;
 }
 
+/// Box around a patch in the contact plane, m.
+struct PlaceBox {
+  Vector2 low, high;
+  explicit PlaceBox(const ProjectedFeature& patch) : low(patch.corners[0].place), high(low) {
+    for (const ProjectedCorner& c : patch.corners) {
+      low = low.cwiseMin(c.place);
+      high = high.cwiseMax(c.place);
+    }
+  }
+  bool meets(const PlaceBox& other, double slack) const {
+    return (low - other.high).maxCoeff() <= slack && (other.low - high).maxCoeff() <= slack;
+  }
+};
+
 /// The features that may carry points, in the order in which they are tried.
 struct Carriers {
   SmallVector<Feature, 32> p, q;
@@ -293,10 +306,18 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   if (!planar(p, carriers.p, rounding) || !planar(q, carriers.q, rounding))
     surfaces.emplace(p, q, pair.plane, band + rounding, rounding);
   auto& [patch_p, patch_q, corners, alone] = patches;
+  SmallVector<PlaceBox, 32> boxes_q;  // of many features few pairs lie over each other
+  const bool many = carriers.p.size() * carriers.q.size() > 1;
+  for (std::size_t k = 0; many && k < carriers.q.size(); ++k) {
+    lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
+    boxes_q.push_back(PlaceBox(patch_q));
+  }
   for (const Feature& f : carriers.p) {
     lay_feature(p, f, pair.plane, 1.0, patch_p);
-    for (const Feature& g : carriers.q) {
-      lay_feature(q, g, pair.plane, -1.0, patch_q);
+    const PlaceBox box_p(patch_p);
+    for (std::size_t k = 0; k < carriers.q.size(); ++k) {
+      if (many && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
+      lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
       const std::size_t shared = corners.size();
