@@ -461,23 +461,14 @@ bool is_part_of(const Solid& solid, const VertexSet& set, int face) {
   return std::includes(whole.begin(), whole.end(), set.begin(), set.end());
 }
 
-/// Is a patch the edge, or the face, of just these vertices?
-bool is_laid(const Solid& solid, const ProjectedFeature& patch, const VertexSet& set,
-             FeatureKind kind) {
-  const int index = patch.label.index;
-  if (patch.label.kind != kind) return false;
-  if (kind == FeatureKind::Edge && set.size() == 2) {
-    const auto [v, w] = solid.topology().edge(index);
-    return std::min(v, w) == set[0] && std::max(v, w) == set[1];
-  }
-  return kind == FeatureKind::Face && set.size() == solid.topology().face(index).size() &&
-         solid.shape().label_fit(index).outside < kInfinity && is_part_of(solid, set, index);
-}
-
 /// Lays the two contact features, and what they share, unless that is done already.
 void lay_contact_features(const Working& work, const PairPoints& pair, Patches& patches) {
-  const bool has_p = is_laid(work.p, patches.p, pair.support_p, pair.kind_p);
-  const bool has_q = is_laid(work.q, patches.q, pair.support_q, pair.kind_q);
+  const auto is_laid = [](const Solid& solid, const Feature& label, FeatureKind kind,
+                          const VertexSet& set) {
+    return label.kind == kind && is_just(solid, label, set);
+  };
+  const bool has_p = is_laid(work.p, patches.p.label, pair.kind_p, pair.support_p);
+  const bool has_q = is_laid(work.q, patches.q.label, pair.kind_q, pair.support_q);
   if (!has_p) lay_support_set(work.p, pair.support_p, pair.kind_p, pair.plane, 1.0, patches.p);
   if (!has_q) lay_support_set(work.q, pair.support_q, pair.kind_q, pair.plane, -1.0, patches.q);
   if (pair.type == ContactType::EdgeEdgeParallel || (has_p && has_q && patches.alone)) return;
@@ -485,8 +476,8 @@ void lay_contact_features(const Working& work, const PairPoints& pair, Patches& 
   append_shared_corners(patches.p, patches.q, work.rounding, patches.corners);
 }
 
-/// Is what carries the answer an edge at least, of one of the two whole faces that are laid? Then
-/// all corners of what the contact features share are among the points.
+/// Two whole faces are laid and hold all vertices that carry the answer, which are those of an edge
+/// on one side at least: are all corners of what the contact features share among the points?
 bool are_listed(const Working& work, const PairPoints& pair, const Patches& patches) {
   const bool of_edge =
       pair.type == ContactType::EdgeFace || pair.type == ContactType::EdgeEdgeCrossing;

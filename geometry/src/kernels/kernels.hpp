@@ -5,10 +5,10 @@
 /// Each set has one file here, compiled with its flags (geometry/CMakeLists.txt), from headers that
 /// put all they define into unnamed namespaces. So no function of one file can stand for that of
 /// another. What the kernels share with the rest of the library – members of Solid, Eigen,
-/// the standard library – must be built into them as a whole, or the linker might keep the copy
-/// that was compiled for wide instructions: the entries are `flatten`, or each
-/// file has copies of its own (geometry/CMakeLists.txt); tests/consumer/check_kernels.cmake looks
-/// into the object files. Internal.
+/// the standard library – must be built into the wide ones as a whole, or the linker might keep the
+/// copy that was compiled for wide instructions: their entries are `flatten`, or their file has
+/// copies of its own (geometry/CMakeLists.txt); tests/consumer/check_kernels.cmake looks into the
+/// object files. Internal.
 
 #include <span>
 

@@ -83,20 +83,22 @@ bool is_flat(const ProjectedFeature& patch, double rounding) {
          });
 }
 
-namespace {
-
-/// Are the vertices of a feature just these (ascending)?
-bool has_just(const Topology& topology, const Feature& feature, const VertexSet& vertices) {
+bool is_just(const Solid& polyhedron, const Feature& feature, const VertexSet& vertices) {
+  const Topology& topology = polyhedron.topology();
   const auto are = [&](std::span<const int> set) {
     return std::is_permutation(set.begin(), set.end(), vertices.begin(), vertices.end());
   };
   if (feature.kind == FeatureKind::Face) {
     const std::span<const int> set = topology.face_set(feature.index);
-    return std::equal(set.begin(), set.end(), vertices.begin(), vertices.end());
+    return topology.face(feature.index).size() == vertices.size() &&
+           polyhedron.shape().label_fit(feature.index).outside < kInfinity &&
+           std::equal(set.begin(), set.end(), vertices.begin(), vertices.end());
   }
   if (feature.kind == FeatureKind::Edge) return are(topology.edge(feature.index));
   return are({&feature.index, 1});
 }
+
+namespace {
 
 /// Lays the hull of a support set that spans a polygon into the plane.
 void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
@@ -104,9 +106,7 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   const Topology& topology = polyhedron.topology();
   patch.label = name_support_set(polyhedron, vertices, FeatureKind::Face, outward * plane.normal);
   patch.face = patch.label.index;
-  const std::size_t corners = topology.face(patch.face).size();
-  if (corners == vertices.size() && polyhedron.shape().label_fit(patch.face).outside < kInfinity &&
-      has_just(topology, patch.label, vertices))
+  if (is_just(polyhedron, patch.label, vertices))
     return lay_feature(polyhedron, patch.label, plane, outward, patch);
   SmallVector<int, 32> order;
   SmallVector<Vector2, 32> places;
@@ -129,7 +129,7 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
   if (kind == FeatureKind::Face)
     return lay_support_polygon(polyhedron, vertices, plane, outward, patch);
   const Feature name = name_support_set(polyhedron, vertices, kind, outward * plane.normal);
-  if (name.kind == kind && has_just(polyhedron.topology(), name, vertices))
+  if (name.kind == kind && is_just(polyhedron, name, vertices))
     return lay_feature(polyhedron, name, plane, outward, patch);
   patch.corners.clear();
   patch.label = name;

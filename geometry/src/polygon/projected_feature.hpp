@@ -38,6 +38,10 @@ int facing_face(const Solid& polyhedron, std::span<const int> faces, const Vecto
 void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactPlane& plane,
                  double outward, ProjectedFeature& patch);
 
+/// Is a set (ascending) just the vertices of a feature, so that it is laid as that? Those of a face
+/// must all be corners of its label, and go round a convex polygon (LabelFit::outside).
+bool is_just(const Solid& polyhedron, const Feature& feature, const VertexSet& vertices);
+
 /// Lays a support set into the plane; just the vertices of a face as its label has them.
 void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                      const ContactPlane& plane, double outward, ProjectedFeature& patch);

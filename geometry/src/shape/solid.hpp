@@ -117,7 +117,7 @@ inline WideVector exact_corner(const Solid& p, const Solid& q, int i, int j) {
   return wide_apart(*p.body(), *q.body()) + (q.wide_offset(j) - p.wide_offset(i));
 }
 
-/// The same, rounded: right to its own last place.
+/// wide_apart(), right to its own last place, in a quarter of the operations.
 inline Vector3 apart(const Body& a, const Body& b) {
   Vector3 way;
   for (int k = 0; k < 3; ++k) {
