@@ -314,9 +314,10 @@ void find_points(const Working& work, LateInit<Surfaces>& surfaces, PairPoints& 
   }
   for (const Feature& f : carriers.p) {
     lay_feature(p, f, pair.plane, 1.0, patch_p);
-    const PlaceBox box_p(patch_p);
+    LateInit<PlaceBox> box_p;
+    if (many) box_p.emplace(patch_p);
     for (std::size_t k = 0; k < carriers.q.size(); ++k) {
-      if (many && !box_p.meets(boxes_q[k], 64 * rounding)) continue;
+      if (box_p && !box_p->meets(boxes_q[k], 64 * rounding)) continue;
       lay_feature(q, carriers.q[k], pair.plane, -1.0, patch_q);
       corners.clear();
       append_shared_corners(patch_p, patch_q, rounding, corners);
