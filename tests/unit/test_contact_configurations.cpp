@@ -104,7 +104,7 @@ TEST_CASE("configurations: sides that coincide but for rounding cross in no poin
   }
 }
 
-TEST_CASE("configurations: parallel edges that rounding parts have two points") {
+TEST_CASE("configurations: parallel edges have a point at either end where the solids share one") {
   Random random(11);
   const double off = 1e-12, beside = 4.5e-10, tolerance = 1e-9;
   const auto rounded = [&](const Vector3& min, const Vector3& max) {
@@ -112,6 +112,13 @@ TEST_CASE("configurations: parallel edges that rounding parts have two points") 
     for (int v = 0; v < 8; ++v)
       for (int i = 0; i < 3; ++i) vertices(i, v) += random.uniform(-off, off);
     return make_hull(vertices).polyhedron;
+  };
+  const auto height_at = [](const Shape& shape, double x) {  // of the vertex next to (x, 0, 0), m
+    const Eigen::RowVectorXd squares =
+        (shape.vertices().colwise() - Vector3(x, 0, 0)).colwise().squaredNorm();
+    Eigen::Index nearest = 0;
+    squares.minCoeff(&nearest);
+    return shape.vertices()(2, nearest);
   };
   int parallel = 0;
   for (int trial = 0; trial < 100; ++trial) {
@@ -121,8 +128,9 @@ TEST_CASE("configurations: parallel edges that rounding parts have two points") 
     update_pair_contact(a, b, {.tolerance = tolerance}, contact);
     if (contact.type != ContactType::EdgeEdgeParallel) continue;
     ++parallel;
-    CHECK(has_point(contact, {0, 0, 0}, tolerance));
-    CHECK(has_point(contact, {1, 0, 0}, tolerance));
+    for (const double x : {0.0, 1.0})
+      if (height_at(a, x) <= height_at(b, x)) CHECK(has_point(contact, {x, 0, 0}, tolerance));
+    CHECK(!contact.points.empty());
   }
   CHECK(parallel > 10);
 }

@@ -381,8 +381,8 @@ void add_patch_point(const Working& work, const ProjectedFeature& patch_p,
 }
 
 /// The ends of parallel edges that lie beside each other by less than tol: the place next to an end
-/// where the solids, within half of tol of their support planes, lie over each other; where they
-/// lie beside each other by rounding, the end itself.
+/// where the solids, within half of tol of their support planes, lie over each other. Elsewhere the
+/// two have no point in common.
 void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature& patch_q,
                         const Working& work, const SharedCorners& ends, PairPoints& pair) {
   const auto shown = [&](const SharedCorner& end) {
@@ -394,19 +394,17 @@ void add_stretch_points(const ProjectedFeature& patch_p, const ProjectedFeature&
   lay_top(work.q, patch_q.face, pair.plane, -1.0, 0.5 * pair.tolerance, top_q);
   SharedCorners shared;
   append_shared_corners(top_p, top_q, 0.0, shared);  // on both: both have width
+  if (shared.empty()) return;
   const Surfaces surfaces(work.p, work.q, pair.plane, work.band + work.rounding, work.rounding);
-  const auto common = [&](const SharedCorner& end) {
-    if (shared.empty()) return end;
-    SharedCorner corner = nearest_in_hull(shared, end.place);
-    const bool over = (corner.place - end.place).norm() <= pair.tolerance;
-    return over && surfaces.lift(corner) ? corner : end;
-  };
   for (const SharedCorner& end : ends) {
     if (shown(end)) continue;
-    SharedCorner corner = common(end);
-    // Either solid has a point there no deeper than that, however little is known on steep sides.
-    corner.height_p = std::max(corner.height_p, -0.5 * pair.tolerance);
-    corner.height_q = std::min(corner.height_q, pair.gap + 0.5 * pair.tolerance);
+    SharedCorner corner = nearest_in_hull(shared, end.place);
+    if ((corner.place - end.place).norm() > pair.tolerance || !surfaces.lift(corner)) continue;
+    if (gap_of(corner) > pair.gap + work.band) {
+      // On steep sides little is known of heights: either solid has a point there no deeper.
+      corner.height_p = std::max(corner.height_p, -0.5 * pair.tolerance);
+      corner.height_q = std::min(corner.height_q, pair.gap + 0.5 * pair.tolerance);
+    }
     const bool keeps = named(corner) && is_free(corner.feature_p, corner.feature_q, pair.merged);
     if (!keeps && !name_cut(work.p, work.q, patch_p, patch_q, pair.merged, corner)) continue;
     pair.merged.push_back(corner);
