@@ -187,10 +187,11 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
     tuning.predicted = false;
     tuning.softness = tuning.redundant ? kRedundantSoftness : kInsideSoftness;
   }
-  const bool exact = tuning.redundant || !(inside.residual <= kGoodInside);
+  const bool exact = !(inside.residual <= kGoodInside);
   const std::vector<LinearContact> found(contacts.begin(), contacts.end());
   const BlockVector moved = increment;
-  inexact_ = !open_close(exact ? most : kInsidePatience) && !exact;
+  const int last = tuning.redundant ? kMostOpenClose : kInsidePatience;
+  inexact_ = !open_close(exact ? most : last) && !exact;
   if (!inexact_) return result;
   std::ranges::copy(found, contacts.begin());
   increment = moved;

@@ -28,19 +28,15 @@ double extent(const BlockModel& model) {
   return 2.0 * std::sqrt(model.second_moment.trace() / model.mass);
 }
 
-/// Of the centroid, and of a vertex by the turn.
+/// Of the centroid, and of a vertex by the turn or the strain.
 double motion(double way, double angle, double extent) { return way / extent + 0.5 * angle; }
 
-/// What strains of all blocks and springs of all contacts can move a block by in a chain, m.
-double elastic_motion(const CompiledScene& compiled, const State& state,
-                      std::span<const BlockState> start) {
+/// What strains of these blocks can move one by in a chain, m.
+double elastic_motion(const CompiledScene& compiled, std::span<const int> blocks,
+                      std::span<const BlockState> from, std::span<const BlockState> to) {
   double sum = 0.0;
-  for (const int b : compiled.slots.block_of_slot) {
-    const Vector6 strain = state.blocks[index(b)].strain - start[index(b)].strain;
-    sum += strain.norm() * extent(compiled.models[index(b)]);
-  }
-  for (const Contact& contact : state.contacts)
-    if (contact.mode != ContactMode::Open) sum += std::abs(contact.point.gap);
+  for (const int b : blocks)
+    sum += (to[index(b)].strain - from[index(b)].strain).norm() * extent(compiled.models[index(b)]);
   return sum;
 }
 
@@ -102,12 +98,14 @@ void begin_search(const CompiledScene& compiled, const State& state, Equilibrium
 
 double stride(const CompiledScene& compiled, std::span<const int> blocks,
               std::span<const BlockState> from, std::span<const BlockState> to) {
+  const double elastic = elastic_motion(compiled, blocks, from, to);
   double longest = 0.0;
   for (const int b : blocks) {
     const BlockState &start = from[index(b)], &end = to[index(b)];
-    longest = std::max(longest, motion((end.centroid - start.centroid).norm(),
-                                       end.rotation.angularDistance(start.rotation),
-                                       extent(compiled.models[index(b)])));
+    const double change =
+        end.rotation.angularDistance(start.rotation) + (end.strain - start.strain).norm();
+    const double way = std::max((end.centroid - start.centroid).norm() - elastic, 0.0);
+    longest = std::max(longest, motion(way, change, extent(compiled.models[index(b)])));
   }
   return longest;
 }
@@ -116,7 +114,10 @@ bool too_long(double stride) { return stride > 2.0 * kStride; }
 
 void judge(const CompiledScene& compiled, const StepOptions& options, double stride,
            const State& state, EquilibriumSearch& search, StepReport& report) {
-  const double explained = elastic_motion(compiled, state, search.start);
+  double explained =
+      elastic_motion(compiled, compiled.slots.block_of_slot, search.start, state.blocks);
+  for (const Contact& contact : state.contacts)
+    if (contact.mode != ContactMode::Open) explained += std::abs(contact.point.gap);
   for (const int b : compiled.slots.block_of_slot) {
     const BlockState &from = search.start[index(b)], &now = state.blocks[index(b)];
     const double size = extent(compiled.models[index(b)]);

@@ -28,7 +28,8 @@ double static_reach(const BlockModel& model);
 /// sizes would accelerate most. Contacts are not asked: what they hold does not move.
 void begin_search(const CompiledScene& compiled, const State& state, EquilibriumSearch& search);
 
-/// Largest motion of one of these blocks from `from` to `to` (by block), by its size.
+/// Largest motion of one of these blocks from `from` to `to` (by block) beyond what their strains
+/// explain, with its own turn and strain, by its size.
 double stride(const CompiledScene& compiled, std::span<const int> blocks,
               std::span<const BlockState> from, std::span<const BlockState> to);
 bool too_long(double stride);
