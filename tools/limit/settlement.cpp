@@ -14,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kIncrements = 16;         // of the range
+constexpr int kRangeIncrements = 16;    // of the range
 constexpr int kStepsOfOne = 20;         // dynamic
 constexpr double kAlmostClosed = 1e-5;  // of the smallest block
 constexpr double kSlow = 4.0;           // times the time in which a stone falls as far
@@ -112,7 +112,7 @@ Limit settle(const VariedScene& scenes, double tolerance, double seconds, const 
   Path path(scenes, seconds);
   Limit limit;
   const Vary& vary = scenes.vary();
-  double increment = (vary.to - vary.from) / kIncrements, way = vary.from, at = vary.from;
+  double increment = (vary.to - vary.from) / kRangeIncrements, way = vary.from, at = vary.from;
   auto run = path.start();
   std::string saved;
   for (;;) {
