@@ -113,14 +113,16 @@ TEST_CASE("configurations: parallel edges have a point at either end where the s
       for (int i = 0; i < 3; ++i) vertices(i, v) += random.uniform(-off, off);
     return make_hull(vertices).polyhedron;
   };
-  const auto height_at = [](const Shape& shape, double x) {  // of the vertex next to (x, 0, 0), m
+  // Seen along the normal A lies on the left of an edge next to the x axis, B on the right of its
+  // own.
+  const auto left_at = [](const Shape& shape, double x, const Vector3& normal) {  // of the edge, m
     const Eigen::RowVectorXd squares =
         (shape.vertices().colwise() - Vector3(x, 0, 0)).colwise().squaredNorm();
     Eigen::Index nearest = 0;
     squares.minCoeff(&nearest);
-    return shape.vertices()(2, nearest);
+    return Vector3::UnitX().cross(normal).dot(shape.vertices().col(nearest));
   };
-  int parallel = 0;
+  int parallel = 0, over = 0;
   for (int trial = 0; trial < 100; ++trial) {
     const Shape a = rounded({0, -0.05, 0}, {1, 0, 0.5});
     const Shape b = rounded({0, beside, -0.5}, {1, 0.05 + beside, 0});
@@ -128,10 +130,17 @@ TEST_CASE("configurations: parallel edges have a point at either end where the s
     update_pair_contact(a, b, {.tolerance = tolerance}, contact);
     if (contact.type != ContactType::EdgeEdgeParallel) continue;
     ++parallel;
-    for (const double x : {0.0, 1.0})
-      if (height_at(a, x) <= height_at(b, x)) CHECK(has_point(contact, {x, 0, 0}, tolerance));
-    CHECK(!contact.points.empty());
+    REQUIRE(!contact.points.empty());
+    const Vector3 normal = contact.nearest.normal;
+    for (const double x : {0.0, 1.0}) {
+      // Within half of tol of their planes, A reaches to the right and B to the left by this, m.
+      const double reach = std::max(0.0, -0.5 * tolerance * normal.z());
+      if (left_at(a, x, normal) - reach > left_at(b, x, normal) + reach) continue;
+      ++over;
+      CHECK(has_point(contact, {x, 0, 0}, tolerance));
+    }
   }
+  CHECK(over > 10);
   CHECK(parallel > 10);
 }
 
