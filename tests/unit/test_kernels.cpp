@@ -101,7 +101,10 @@ TEST_CASE("kernels: scans") {
         geometry::VertexSet beyond;
         kernels.find_vertices_beyond(solid, d, top.value - depth, beyond);
         for (const int v : beyond) bits.add(v);
-        bits.add(kernels.count_beyond(solid, d, top.value - depth));
+        geometry::VertexSet deep, shallow;
+        bits.add(kernels.find_top(solid, d, {depth, 0.3 * depth}, deep, shallow));
+        CHECK(std::ranges::equal(deep, beyond));
+        for (const int v : shallow) bits.add(v);
         geometry::Support again;
         for (const double clear : {depth, 1.2 * depth}) {
           bits.add(int{kernels.carried_alone(solid, d, {beyond, depth, clear}, again)});

@@ -197,14 +197,15 @@ double default_tolerance(const Body& a, const Body& b) {
 
 bool carry_turned(const Solid& a, const Solid& b, const std::array<int, 2>& counts,
                   const Vector3& normal, const Turned& turned) {
-  const auto keeps = [&](const Solid& solid, const Vector3& outward, double top, int count) {
-    const double least = std::max(turned.lift, turned.contact - turned.lift);
-    const int near = count_beyond(solid, outward, top - least);
-    return count_beyond(solid, outward, top - turned.contact - turned.lift) == near &&
-           (near == count || count_beyond(solid, outward, top - turned.lift) == count);
+  const double lift = turned.lift, least = std::max(lift, turned.contact - lift);
+  const auto keeps = [&](const Solid& solid, const Vector3& outward, int count) {
+    VertexSet near, sure;
+    find_top(solid, outward, {turned.contact + lift, least}, near, sure);
+    if (near.size() != sure.size() || sure.count() == count) return near.size() == sure.size();
+    find_top(solid, outward, {lift, lift}, near, sure);
+    return sure.count() == count;
   };
-  const PairSupport both = support_pair(a, b, normal);
-  return keeps(a, normal, both.p.value, counts[0]) && keeps(b, -normal, both.q.value, counts[1]);
+  return keeps(a, normal, counts[0]) && keeps(b, -normal, counts[1]);
 }
 
 }  // namespace quoin::geometry

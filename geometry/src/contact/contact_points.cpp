@@ -643,41 +643,6 @@ void ensure_least_gap(const OrderedPair& ordered, const NearestFeatures& nearest
   merge_twins(pair.merged);
 }
 
-/// Are just the vertices of a face within tol of the support plane?
-bool carries_alone(const Solid& polyhedron, int face, const Vector3& outward, double tolerance,
-                   Support& top) {
-  top = support(polyhedron, outward);
-  return only_these_beyond(polyhedron, outward, top.value - tolerance,
-                           polyhedron.topology().face_set(face));
-}
-
-/// Two whole faces that carry the answer, where the search has not handed them on.
-void find_faces(const OrderedPair& ordered, const NearestFeatures& nearest, double tolerance,
-                LateInit<ContactPolygon>& part) {
-  const Solid &p = ordered.p, &q = ordered.q;
-  ContactPolygon& faces = part.emplace();
-  faces.face_p = ordered.reversed ? nearest.feature_b.index : nearest.feature_a.index;
-  faces.face_q = ordered.reversed ? nearest.feature_a.index : nearest.feature_b.index;
-  if (!carries_alone(p, faces.face_p, ordered.normal, tolerance, faces.top_p) ||
-      !carries_alone(q, faces.face_q, -ordered.normal, tolerance, faces.top_q))
-    return part.reset();
-  faces.clear = tolerance;
-  faces.plane = ContactPlane(p.vertex(faces.top_p.vertex), ordered.normal);
-  lay_faces(p, q, nearest.gap, faces);
-  find_polygon(faces);
-}
-
-/// Are both faces wider than the tolerance?
-bool are_wide(const OrderedPair& ordered, const ContactPolygon& part, double tolerance) {
-  if (surely_wide(ordered.p, ordered.q, part, tolerance)) return true;
-  const auto is_wide = [&](const Solid& solid, int face) {
-    VertexSet vertices;
-    vertices.assign(solid.topology().face_set(face));
-    return span_kind(solid, vertices, tolerance) == FeatureKind::Face;
-  };
-  return is_wide(ordered.p, part.face_p) && is_wide(ordered.q, part.face_q);
-}
-
 /// The contact features are two whole faces.
 void take_sets(const OrderedPair& ordered, const ContactPolygon& part, PairPoints& pair) {
   pair.support_p.assign(ordered.p.topology().face_set(part.face_p));
@@ -685,13 +650,10 @@ void take_sets(const OrderedPair& ordered, const ContactPolygon& part, PairPoint
 }
 
 /// The points of two whole faces, from what the search has found already.
-bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest, double band,
-                      double rounding, LateInit<ContactPolygon>& part, PairPoints& pair) {
-  if (nearest.feature_a.kind != FeatureKind::Face || nearest.feature_b.kind != FeatureKind::Face)
-    return false;
-  if (!part) find_faces(ordered, nearest, pair.tolerance, part);
+bool find_face_points(const OrderedPair& ordered, double band, double rounding,
+                      LateInit<ContactPolygon>& part, PairPoints& pair) {
   if (!part || !faces_alone(ordered.p, ordered.q, *part, band)) return false;
-  if (!are_wide(ordered, *part, pair.tolerance)) return false;
+  if (!are_wide(ordered.p, ordered.q, *part, pair.tolerance)) return false;
   const LabelFit &of_p = ordered.p.shape().label_fit(part->face_p),
                  &of_q = ordered.q.shape().label_fit(part->face_q);
   if (std::max(of_p.outside, of_q.outside) > kFlatLabel * rounding) return false;
@@ -723,18 +685,11 @@ bool find_face_points(const OrderedPair& ordered, const NearestFeatures& nearest
   return true;
 }
 
-/// Depths below a support plane, m.
-struct TopDepths {
-  double band, tolerance;  // the band is no narrower
-};
-
-/// The vertices within either depth of the support plane, which lies at `top`.
-void find_top(const Solid& solid, const Vector3& outward, double top, const TopDepths& depths,
-              VertexSet& band, VertexSet& support) {
-  find_vertices_beyond(solid, outward, top - depths.band, band);
-  const Vec3 local = solid.turned_back(outward);
-  for (const int v : band)
-    if (dot(row_offset(solid, v), local) >= top - depths.tolerance) support.push_back(v);
+/// What contact features span that are all of a `face`, some of it, or not of one (-1).
+FeatureKind kind_of(const Solid& solid, const VertexSet& set, int face, double tolerance) {
+  const bool whole = face >= 0 && solid.topology().face_set(face).size() == set.size();
+  return whole && is_wide(solid, face, tolerance) ? FeatureKind::Face
+                                                  : span_kind(solid, set, tolerance);
 }
 
 /// The points of any pair.
@@ -742,18 +697,18 @@ void find_all_points(const OrderedPair& ordered, const ContactOptions& options, 
                      LateInit<ContactPolygon>& part, PairPoints& pair) {
   const double band = std::max(pair.tolerance, options.reach);
   const Solid &p = ordered.p, &q = ordered.q;
-  const PairSupport reach = support_pair(p, q, ordered.normal);
-  pair.plane = ContactPlane(p.vertex(reach.p.vertex), ordered.normal);
-  find_top(p, ordered.normal, reach.p.value, {band, pair.tolerance}, pair.band_p, pair.support_p);
-  find_top(q, -ordered.normal, reach.q.value, {band, pair.tolerance}, pair.band_q, pair.support_q);
-  pair.kind_p = span_kind(p, pair.support_p, pair.tolerance);
-  pair.kind_q = span_kind(q, pair.support_q, pair.tolerance);
-  pair.type =
-      type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
+  const std::array depths{band, pair.tolerance};
+  const Support top = find_top(p, ordered.normal, depths, pair.band_p, pair.support_p);
+  find_top(q, -ordered.normal, depths, pair.band_q, pair.support_q);
+  pair.plane = ContactPlane(p.vertex(top.vertex), ordered.normal);
   const Working work{p, q, ordered.reversed, pair.tolerance, band, rounding};
   LateInit<Surfaces> surfaces;
   Patches patches;
   find_points(work, surfaces, pair, patches);
+  pair.kind_p = kind_of(p, pair.support_p, pair.one_face_p ? patches.p.face : -1, pair.tolerance);
+  pair.kind_q = kind_of(q, pair.support_q, pair.one_face_q ? patches.q.face : -1, pair.tolerance);
+  pair.type =
+      type_of(p, q, pair.support_p, pair.support_q, pair.kind_p, pair.kind_q, pair.tolerance);
   const double beside = std::max(pair.tolerance, options.coordinate_rounding);
   if (!pair.one_face_p) name_least_leaning(p, pair.plane, 1.0, beside, pair.merged);
   if (!pair.one_face_q) name_least_leaning(q, pair.plane, -1.0, beside, pair.merged);
@@ -773,7 +728,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   pair.gap = nearest.gap;
   const double band = std::max(pair.tolerance, options.reach);
   const double rounding = border_rounding(ordered.p, ordered.q, pair.gap);
-  if (!find_face_points(ordered, nearest, band, rounding, part, pair))
+  if (!find_face_points(ordered, band, rounding, part, pair))
     find_all_points(ordered, options, rounding, part, pair);
   if (pair.points != &pair.merged) return;
   ensure_least_gap(ordered, nearest, rounding, pair);

@@ -8,34 +8,37 @@ namespace {
 
 /// A face steeper than 30 degrees against the contact plane parts from it by more than half the way
 /// walked along it: points on it would belong to another contact.
-constexpr double kFacingCosine = 0.86602540378443865;
-
-/// Does a face around `face` look at the other solid, too?
-bool others_look(const Topology& topology, int face, const LooksAlong& looks) {
-  const std::span<const int> beside = topology.face_neighbours(face);
-  if (std::any_of(beside.begin(), beside.end(), looks)) return true;
-  if (topology.three_faces_at_vertices()) return false;
-  for (const int v : topology.face(face)) {
-    for (const int f : topology.vertex_faces(v))
-      if (f != face && looks(f)) return true;
-  }
-  return false;
-}
+constexpr double kFacingCosine = 0.86602540378443865, kFacingSine = 0.5;
+/// A rotation and its products are right to a few eps.
+constexpr double kNear = 1e-9;
 
 bool stands_alone(const Solid& solid, int face, const Vector3& outward) {
   const LooksAlong looks(solid, outward);
-  return looks(face) && !others_look(solid.topology(), face, looks);
+  return looks(face) && !looks.others_do(face);
 }
 
 }  // namespace
 
 bool LooksAlong::operator()(int face) const {
-  constexpr double kNear = 1e-9;  // a rotation and its products are right to a few eps
-  if (solid_.turned() != nullptr && solid_.turned()->is_rigid()) {
-    const double beyond = dot(Vec3(solid_.shape().face_normal(face)), local_) - kFacingCosine;
+  if (solid_.is_rigid()) {
+    const double beyond = own_cosine(face) - kFacingCosine;
     if (std::abs(beyond) > kNear) return beyond > 0.0;
   }
   return along(solid_.face_normal(face), outward_) >= kFacingCosine;
+}
+
+bool LooksAlong::others_do(int face) const {
+  if (solid_.is_rigid()) {  // those around it turn away by more than it leans and 30 degrees
+    const double lean = own_cosine(face), aside = std::sqrt(std::max(0.0, 1.0 - lean * lean));
+    const double least = lean * kFacingCosine - aside * kFacingSine;
+    if (solid_.shape().label_fit(face).turn < least - kNear) return false;
+  }
+  const Topology& topology = solid_.topology();
+  for (const int v : topology.face(face)) {
+    for (const int f : topology.vertex_faces(v))
+      if (f != face && (*this)(f)) return true;
+  }
+  return false;
 }
 
 int only_facing(const Solid& solid, const VertexSet& vertices, const Vector3& outward) {
@@ -46,7 +49,7 @@ int only_facing(const Solid& solid, const VertexSet& vertices, const Vector3& ou
   if (face == around.end()) return -1;
   const std::span<const int> set = topology.face_set(*face);
   const bool has_all = std::includes(set.begin(), set.end(), vertices.begin(), vertices.end());
-  return has_all && !others_look(topology, *face, looks) ? *face : -1;
+  return has_all && !looks.others_do(*face) ? *face : -1;
 }
 
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band) {

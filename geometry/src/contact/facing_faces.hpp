@@ -13,8 +13,12 @@ class LooksAlong {
   LooksAlong(const Solid& solid, const Vector3& outward)
       : solid_(solid), outward_(outward), local_(solid.turned_back(outward)) {}
   bool operator()(int face) const;
+  bool others_do(int face) const;  ///< Does one that shares a vertex with `face`?
 
  private:
+  /// Of the angle between a face of a rigid solid and the direction.
+  double own_cosine(int face) const { return dot(Vec3(solid_.shape().face_normal(face)), local_); }
+
   const Solid& solid_;
   const Vector3& outward_;
   Vec3 local_;

@@ -38,9 +38,13 @@ struct Build {
     const Rows rows(solid);
     Scan::beyond(rows, rows.local(direction), value, vertices);
   }
-  QUOIN_WHOLE static int count_beyond(const Solid& solid, const Vector3& direction, double value) {
+  QUOIN_WHOLE static Support find_top(const Solid& solid, const Vector3& direction,
+                                      const std::array<double, 2>& depths, VertexSet& deep,
+                                      VertexSet& shallow) {
+    deep.clear();
+    shallow.clear();
     const Rows rows(solid);
-    return Scan::count_beyond(rows, rows.local(direction), value);
+    return Scan::top(rows, rows.local(direction), depths, deep, shallow);
   }
   QUOIN_WHOLE static bool carried_alone(const Solid& solid, const Vector3& direction,
                                         const Carriers& carriers, Support& top) {
@@ -102,7 +106,7 @@ struct Build {
     return {.name = name,
             .support = support,
             .find_vertices_beyond = find_vertices_beyond,
-            .count_beyond = count_beyond,
+            .find_top = find_top,
             .carried_alone = carried_alone,
             .certify = certify,
             .certify_hint = certify_hint,

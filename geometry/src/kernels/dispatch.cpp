@@ -44,8 +44,9 @@ void find_vertices_beyond(const Solid& solid, const Vector3& direction, double v
   widest->find_vertices_beyond(solid, direction, value, vertices);
 }
 
-int count_beyond(const Solid& solid, const Vector3& direction, double value) {
-  return widest->count_beyond(solid, direction, value);
+Support find_top(const Solid& solid, const Vector3& direction, const std::array<double, 2>& depths,
+                 VertexSet& deep, VertexSet& shallow) {
+  return widest->find_top(solid, direction, depths, deep, shallow);
 }
 
 bool carried_alone(const Solid& solid, const Vector3& direction, const Carriers& carriers,
@@ -88,10 +89,9 @@ PairSupport support_pair(const Solid& p, const Solid& q, const Vector3& directio
 
 bool only_these_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set) {
-  const Vec3 local = polyhedron.turned_back(direction);
-  return count_beyond(polyhedron, direction, value) == static_cast<int>(set.size()) &&
-         std::all_of(set.begin(), set.end(),
-                     [&](int v) { return dot(row_offset(polyhedron, v), local) >= value; });
+  VertexSet beyond;
+  find_vertices_beyond(polyhedron, direction, value, beyond);
+  return std::equal(set.begin(), set.end(), beyond.begin(), beyond.end());
 }
 
 }  // namespace quoin::geometry

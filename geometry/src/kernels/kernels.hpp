@@ -24,7 +24,8 @@ struct Kernels {
   const char* name;  ///< of the instruction set
   Support (*support)(const Solid&, const Vector3&);
   void (*find_vertices_beyond)(const Solid&, const Vector3&, double, VertexSet&);
-  int (*count_beyond)(const Solid&, const Vector3&, double);
+  Support (*find_top)(const Solid&, const Vector3&, const std::array<double, 2>&, VertexSet&,
+                      VertexSet&);
   bool (*carried_alone)(const Solid&, const Vector3&, const Carriers&, Support&);
   Trial (*certify)(const Solid&, const Solid&, const Carrier&, const Carrier&, const Lengths&,
                    const Overlap*, NearestFeatures&);

@@ -1,27 +1,10 @@
 #pragma once
-/// The plane in which two solids meet. Internal.
+/// The plane in which two solids meet, as one of them sees it. Internal.
 
+#include "numeric/plane.hpp"
 #include "shape/solid.hpp"
 
 namespace quoin::geometry {
-
-using Vector2 = Eigen::Vector2d;
-
-/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of
-/// P.
-struct ContactPlane {
-  Vector3 origin, normal, axis_u, axis_v;
-  ContactPlane() {}  // NOLINT: filled later
-  ContactPlane(const Vector3& origin_in, const Vector3& normal_in);
-  Vector2 place(const Vector3& x) const {
-    const Vector3 step = x - origin;
-    return {axis_u.dot(step), axis_v.dot(step)};
-  }
-  double height(const Vector3& x) const { return normal.dot(x - origin); }
-  Vector3 point(const Vector2& place, double height) const {
-    return origin + axis_u * place.x() + axis_v * place.y() + normal * height;
-  }
-};
 
 /// A contact plane in the frame of a shape: what its vertices less a base are laid into.
 struct LocalPlane {
@@ -44,8 +27,5 @@ struct LocalPlane {
   }
   double height(const Vec3& vertex) const { return dot(normal, vertex - base) + shift_height; }
 };
-
-/// Twice the area of the triangle (0, a, b), positive where b lies to the left of a.
-inline double cross2(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 }  // namespace quoin::geometry

@@ -1,9 +1,6 @@
 #pragma once
 /// The part that two polygons in a contact plane share. Internal.
 
-#include <algorithm>
-#include <span>
-
 #include "numeric/floating_point.hpp"
 #include "numeric/small_vector.hpp"
 #include "polygon/contact_plane.hpp"
@@ -36,9 +33,6 @@ void find_order(const SharedCorners& corners, SmallVector<int, 32>& order);
 /// centroid.
 void find_polygon(SharedCorners& corners, SharedPolygon& polygon);
 
-/// Indices of the convex hull of places, counter-clockwise (monotone chain, [Andrew 1979]).
-void hull_order(std::span<const Vector2> places, SmallVector<int, 32>& order);
-
 /// Of the rounding: a place so near to a polygon counts as on its border. What rounding moves the
 /// sides by reaches as far at a corner of 84 degrees; sharper ones get no more.
 inline constexpr double kBesideBorder = 1.5;
@@ -59,13 +53,6 @@ struct ContactPolygon {
 
 /// Lays both faces into the plane, and what they share.
 void lay_faces(const Solid& p, const Solid& q, double gap, ContactPolygon& part);
-
-/// Are both faces wider than the tolerance? A polygon no wider than that on either side of a line
-/// through two of its corners has at most four times the line's length times the tolerance as area.
-inline bool surely_wide(const Solid& p, const Solid& q, const ContactPolygon& part,
-                        double tolerance) {
-  return part.polygon.area > 8 * tolerance * std::max(p.diameter(), q.diameter());
-}
 
 /// As above, of the corners of two faces; once.
 void find_polygon(ContactPolygon& part);

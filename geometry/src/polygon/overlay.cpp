@@ -28,7 +28,7 @@ constexpr std::size_t kFewCorners = 8;
 /// without length.
 struct LaidSide {
   Vector2 from, line;
-  double length;  // m
+  double length = 0.0;  // m; once measured
 };
 using Sides = SmallVector<LaidSide, 32>;
 
@@ -41,7 +41,7 @@ struct Standing {
 using Standings = SmallVector<Standing, 32>;
 
 double squared_distance(const LaidSide& side, const Vector2& step) {
-  const double squared = side.length * side.length;
+  const double squared = side.line.squaredNorm();
   const double along = squared > 0.0 ? std::clamp(side.line.dot(step) / squared, 0.0, 1.0) : 0.0;
   return (step - along * side.line).squaredNorm();
 }
@@ -51,21 +51,27 @@ struct Laid {
   const ProjectedFeature& feature;
   double beside;                              // so near to a side counts as on it, m
   double low = kInfinity, high = -kInfinity;  // least and greatest height
-  double extent = 0.0;                        // no coordinate of a corner is larger, m
+  double extent;                              // no coordinate of a corner is larger, m
   Sides sides;
 
   Laid(const ProjectedFeature& laid, double rounding)
       : feature(laid), beside(is_polygon() ? kBesideBorder * rounding : rounding) {
     const std::size_t n = feature.corners.size();
     sides.resize(n);
-    for (std::size_t k = 0; k < n; ++k) {
-      const ProjectedCorner& corner = feature.corners[k];
-      extent = std::max(extent, std::max(std::abs(corner.place.x()), std::abs(corner.place.y())));
-      low = std::min(low, corner.height);
-      high = std::max(high, corner.height);
-      const Vector2 line = place(next(k)) - corner.place;
-      sides[k] = {corner.place, line, line.norm()};
+    Vector2 most = Vector2::Zero();
+    const ProjectedCorner* corner = feature.corners.begin();
+    for (LaidSide& side : sides) {
+      side.from = corner->place;
+      most = most.cwiseMax(side.from.cwiseAbs());
+      low = corner->height < low ? corner->height : low;
+      high = corner->height > high ? corner->height : high;
+      ++corner;
+      side.line = (corner == feature.corners.end() ? place(0) : corner->place) - side.from;
     }
+    extent = most.maxCoeff();
+  }
+  void measure() {
+    for (LaidSide& side : sides) side.length = side.line.norm();
   }
   std::size_t size() const { return sides.size(); }
   bool is_polygon() const { return feature.corners.size() > 2; }
@@ -116,20 +122,24 @@ struct Table {
   bool clear = true;          // each corner lies off the line of each side by more than the slack
   double margin = kInfinity;  // m, least over the sides of how far the farthest corner lies inside
 
-  Table(const Laid& corners, const Laid& on, double slack) : all(~0ull >> (64 - on.size())) {
+  /// `measured`: the margin is asked for.
+  Table(const Laid& corners, const Laid& on, double slack, bool measured)
+      : all(~0ull >> (64 - on.size())) {
     left.resize(corners.size());
     std::fill(left.begin(), left.end(), 0);
-    for (std::size_t first = 0; first < on.size(); first += 2) stand(corners, on, slack, first);
+    // No side, and no step from it, is longer than three times the extents.
+    const double off = slack * 3.0 * (on.extent + corners.extent);
+    for (std::size_t first = 0; first < on.size(); first += 2)
+      stand(corners, on, off, first, measured);
   }
 
  private:
   /// Against two sides; the last one stands for one that is none.
-  void stand(const Laid& corners, const Laid& on, double slack, std::size_t first) {
-    const double span = 2.0 * (on.extent + corners.extent);  // no step is longer
+  void stand(const Laid& corners, const Laid& on, double slack, std::size_t first, bool measured) {
     const LaidSide &s = on.sides[first], &t = on.sides[std::min(first + 1, on.size() - 1)];
     const Two line_x{s.line.x(), t.line.x()}, line_y{s.line.y(), t.line.y()};
     const Two base{cross2(s.line, s.from), cross2(t.line, t.from)};
-    const Two off{slack * std::max(s.length, span), slack * std::max(t.length, span)};
+    const Two off{slack, slack};
     Two farthest{-kInfinity, -kInfinity};
     unsigned off_lines = 3;
     for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -141,8 +151,9 @@ struct Table {
       left[k] |= static_cast<std::uint64_t>(inside) << first;
     }
     clear = clear && off_lines == 3u;
-    margin = std::min(margin, std::min(farthest[0] / std::max(s.length, kShortestSide),
-                                       farthest[1] / std::max(t.length, kShortestSide)));
+    if (!measured) return;
+    margin = std::min(margin, std::min(farthest[0] / std::max(s.line.norm(), kShortestSide),
+                                       farthest[1] / std::max(t.line.norm(), kShortestSide)));
   }
 };
 
@@ -157,12 +168,13 @@ class Overlay {
   Overlay(const ProjectedFeature& p, const ProjectedFeature& q, double rounding)
       : p_(p, rounding), q_(q, rounding), rounding_(rounding) {}
 
-  /// Returns how far they reach over each other (overlap_margin) where that is known, else NaN.
-  double append(SharedCorners& corners) {
+  /// Returns how far they reach over each other (overlap_margin) where that is `measured` and
+  /// known, else NaN.
+  double append(SharedCorners& corners, bool measured) {
     if (polygons_ && std::max(p_.size(), q_.size()) <= kTableSides) {
       const double least = kTableRounding * kEpsilon * (p_.extent + q_.extent);
       const double slack = std::max(kBesideBorder * rounding_, least);
-      const Table of_p(p_, q_, slack), of_q(q_, p_, slack);
+      const Table of_p(p_, q_, slack, measured), of_q(q_, p_, slack, measured);
       (of_p.clear && of_q.clear) ? walk(of_p, of_q, corners) : compare(corners);
       return std::min(of_p.margin, of_q.margin);
     }
@@ -203,6 +215,8 @@ class Overlay {
 
   /// Side by side.
   void compare(SharedCorners& corners) {
+    p_.measure();
+    q_.measure();
     stand_p_.resize(p_.size());
     stand_q_.resize(q_.size());
     std::fill(stand_p_.begin(), stand_p_.end(), Standing{});
@@ -313,19 +327,19 @@ class Overlay {
 
   void add_corner_of_p(std::size_t i, SharedCorners& corners) const {
     const ProjectedCorner& corner = p_.feature.corners[i];
-    corners.push_back({corner.place,
-                       corner.height,
-                       q_.height_over(corner.place),
-                       {FeatureKind::Vertex, corner.vertex},
-                       {FeatureKind::Face, q_.feature.face}});
+    corners.add() = {corner.place,
+                     corner.height,
+                     q_.height_over(corner.place),
+                     {FeatureKind::Vertex, corner.vertex},
+                     {FeatureKind::Face, q_.feature.face}};
   }
   void add_corner_of_q(std::size_t j, SharedCorners& corners) const {
     const ProjectedCorner& corner = q_.feature.corners[j];
-    corners.push_back({corner.place,
-                       p_.height_over(corner.place),
-                       corner.height,
-                       {FeatureKind::Face, p_.feature.face},
-                       {FeatureKind::Vertex, corner.vertex}});
+    corners.add() = {corner.place,
+                     p_.height_over(corner.place),
+                     corner.height,
+                     {FeatureKind::Face, p_.feature.face},
+                     {FeatureKind::Vertex, corner.vertex}};
   }
   /// Nearly parallel sides cross in an ill-conditioned place: Q's height is taken there, not where
   /// its own crossing would be.
@@ -333,12 +347,13 @@ class Overlay {
     const ProjectedCorner &from = p_.feature.corners[at.i], &to = p_.feature.corners[p_.next(at.i)];
     const LaidSide &s = p_.sides[at.i], &t = q_.sides[at.j];
     const Vector2 place = from.place + at.share * s.line;
-    corners.push_back({place,
-                       from.height + at.share * (to.height - from.height),
-                       q_.height_along(at.j, place),
-                       {FeatureKind::Edge, from.edge},
-                       {FeatureKind::Edge, q_.feature.corners[at.j].edge},
-                       std::abs(cross2(s.line, t.line)) / std::max(s.length, t.length)});
+    corners.add() = {place,
+                     from.height + at.share * (to.height - from.height),
+                     q_.height_along(at.j, place),
+                     {FeatureKind::Edge, from.edge},
+                     {FeatureKind::Edge, q_.feature.corners[at.j].edge},
+                     std::abs(cross2(s.line, t.line)) /
+                         std::sqrt(std::max(s.line.squaredNorm(), t.line.squaredNorm()))};
   }
 
   Laid p_, q_;
@@ -417,7 +432,7 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
   const Vector2& first = patch.corners[0].place;
   if (patch.corners.size() <= 2) {
     const Vector2 line = patch.corners[patch.corners.size() - 1].place - first;
-    return std::sqrt(squared_distance({first, line, line.norm()}, place - first));
+    return std::sqrt(squared_distance({first, line}, place - first));
   }
   double worst = 0.0;
   for (std::size_t k = 0; k < patch.corners.size(); ++k)
@@ -429,12 +444,12 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
 
 void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                            SharedCorners& corners) {
-  Overlay(p, q, rounding).append(corners);
+  Overlay(p, q, rounding).append(corners, false);
 }
 
 double lay_over(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                 SharedCorners& corners) {
-  const double margin = Overlay(p, q, rounding).append(corners);
+  const double margin = Overlay(p, q, rounding).append(corners, true);
   return std::isnan(margin) ? overlap_margin(p, q) : margin;
 }
 

@@ -8,34 +8,27 @@
 namespace quoin::geometry {
 namespace {
 
-inline void add_corner(const Solid& polyhedron, int v, int edge, const LocalPlane& local,
-                       ProjectedFeature& patch) {
+inline ProjectedCorner laid(const Solid& polyhedron, int v, int edge, const LocalPlane& local) {
   const double* x = polyhedron.shape().vertices().data() + 3 * v;
   const Vec3 vertex(x[0], x[1], x[2]);
-  const Vector2 place = local.place(vertex);
-  const double height = local.height(vertex);
-  patch.corners.add() = {v, edge, place, height};
+  return {v, edge, local.place(vertex), local.height(vertex)};
 }
 
-void set_slope(const Solid& polyhedron, const ContactPlane& plane, ProjectedFeature& patch) {
+void set_slope(const Solid& polyhedron, const LocalPlane& local, const ContactPlane& plane,
+               ProjectedFeature& patch) {
   patch.slope.setZero();
   if (patch.corners.size() < 3) return;
-  const Vector3 normal = polyhedron.face_normal(patch.face);
-  const double facing = normal.dot(plane.normal);
-  if (std::abs(facing) < 1e-3) return;
-  patch.slope = -Vector2(normal.dot(plane.axis_u), normal.dot(plane.axis_v)) / facing;
+  const auto set = [&](const Vec3& face, const Vec3& u, const Vec3& v, const Vec3& normal) {
+    const double facing = dot(face, normal);
+    if (std::abs(facing) >= 1e-3) patch.slope = {-dot(face, u) / facing, -dot(face, v) / facing};
+  };
+  if (polyhedron.is_rigid())
+    set(polyhedron.shape().face_normal(patch.face), local.axis_u, local.axis_v, local.normal);
+  else
+    set(polyhedron.face_normal(patch.face), plane.axis_u, plane.axis_v, plane.normal);
 }
 
 }  // namespace
-
-ContactPlane::ContactPlane(const Vector3& origin_in, const Vector3& normal_in)
-    : origin(origin_in), normal(normal_in) {
-  int k = 0;
-  for (int i = 1; i < 3; ++i)
-    if (std::abs(normal[i]) < std::abs(normal[k])) k = i;
-  axis_u = normal.cross(Vector3::Unit(k)).normalized();
-  axis_v = normal.cross(axis_u);
-}
 
 int facing_face(const Solid& polyhedron, std::span<const int> faces, const Vector3& direction) {
   int best = -1;
@@ -57,23 +50,26 @@ void lay_feature(const Solid& polyhedron, const Feature& feature, const ContactP
   const Vector3 facing = outward * plane.normal;
   if (feature.kind == FeatureKind::Vertex) {
     patch.face = facing_face(polyhedron, topology.vertex_faces(feature.index), facing);
-    add_corner(polyhedron, feature.index, -1, local, patch);
+    patch.corners.push_back(laid(polyhedron, feature.index, -1, local));
   } else if (feature.kind == FeatureKind::Edge) {
     patch.face = facing_face(polyhedron, topology.edge_faces(feature.index), facing);
     for (const int v : topology.edge(feature.index))
-      add_corner(polyhedron, v, feature.index, local, patch);
+      patch.corners.push_back(laid(polyhedron, v, feature.index, local));
   } else {
     patch.face = feature.index;
     const std::span<const int> cycle = topology.face(feature.index);
     const std::span<const int> edges = topology.face_edges(feature.index);
     const std::size_t n = cycle.size();
-    for (std::size_t k = 0; k < n; ++k) {  // Q's faces look the other way: run backwards
-      const std::size_t i = outward > 0.0 ? k : n - 1 - k;
-      const std::size_t e = outward > 0.0 ? i : (i > 0 ? i : n) - 1;
-      add_corner(polyhedron, cycle[i], edges[e], local, patch);
+    patch.corners.resize(n);
+    ProjectedCorner* corner = patch.corners.begin();
+    if (outward > 0.0) {
+      for (std::size_t k = 0; k < n; ++k) *corner++ = laid(polyhedron, cycle[k], edges[k], local);
+    } else {  // Q's faces look the other way: run backwards
+      for (std::size_t k = n; k-- > 0;)
+        *corner++ = laid(polyhedron, cycle[k], edges[(k > 0 ? k : n) - 1], local);
     }
   }
-  set_slope(polyhedron, plane, patch);
+  set_slope(polyhedron, local, plane, patch);
 }
 
 bool is_flat(const ProjectedFeature& patch, double rounding) {
@@ -117,9 +113,9 @@ void lay_support_polygon(const Solid& polyhedron, const VertexSet& vertices,
   for (std::size_t k = 0; k < order.size(); ++k) {
     const int v = vertices[static_cast<std::size_t>(order[k])];
     const int w = vertices[static_cast<std::size_t>(order[(k + 1) % order.size()])];
-    add_corner(polyhedron, v, topology.find_edge(v, w), local, patch);
+    patch.corners.push_back(laid(polyhedron, v, topology.find_edge(v, w), local));
   }
-  set_slope(polyhedron, plane, patch);
+  set_slope(polyhedron, local, plane, patch);
 }
 
 }  // namespace
@@ -140,8 +136,8 @@ void lay_support_set(const Solid& polyhedron, const VertexSet& vertices, Feature
   patch.face =
       facing_face(polyhedron, polyhedron.topology().vertex_faces(ends[0]), outward * plane.normal);
   const LocalPlane local(polyhedron, plane);
-  for (const int v : ends) add_corner(polyhedron, v, edge, local, patch);
-  set_slope(polyhedron, plane, patch);
+  for (const int v : ends) patch.corners.push_back(laid(polyhedron, v, edge, local));
+  set_slope(polyhedron, local, plane, patch);
 }
 
 void lay_top(const Solid& polyhedron, int face, const ContactPlane& plane, double outward,
@@ -238,6 +234,15 @@ FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double
   if ((to - from).norm() <= tolerance) return FeatureKind::Vertex;
   const bool wide = reach_aside(places, from, to) > tolerance;
   return wide ? FeatureKind::Face : FeatureKind::Edge;
+}
+
+bool is_wide(const Solid& polyhedron, int face, double tolerance) {
+  // Of a strip around the longest line that holds the set no less than half reaches to one side.
+  if (polyhedron.is_rigid() && polyhedron.shape().label_fit(face).width > 2.001 * tolerance)
+    return true;
+  VertexSet vertices;
+  vertices.assign(polyhedron.topology().face_set(face));
+  return span_kind(polyhedron, vertices, tolerance) == FeatureKind::Face;
 }
 
 namespace {

@@ -58,6 +58,14 @@ bool is_flat(const ProjectedFeature& patch, double rounding);
 /// What a support set spans: a point no longer than `tolerance`, a segment no wider, or a polygon.
 FeatureKind span_kind(const Solid& polyhedron, const VertexSet& vertices, double tolerance);
 
+/// Do the vertices of a face span a polygon?
+bool is_wide(const Solid& polyhedron, int face, double tolerance);
+
+/// The same of both faces.
+inline bool are_wide(const Solid& p, const Solid& q, const ContactPolygon& part, double tolerance) {
+  return is_wide(p, part.face_p, tolerance) && is_wide(q, part.face_q, tolerance);
+}
+
 /// The feature of the topology that best names a support set.
 Feature name_support_set(const Solid& polyhedron, const VertexSet& vertices, FeatureKind kind,
                          const Vector3& outward);

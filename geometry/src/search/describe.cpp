@@ -159,7 +159,7 @@ void describe_features(const Solid& p, const Solid& q, Optimum& optimum, const L
   if (optimum.faces) {
     const ContactPolygon& faces = *optimum.faces;
     set_face_witnesses(p, q, plane, *optimum.faces, answer);
-    if (!surely_wide(p, q, faces, length.contact)) {
+    if (!are_wide(p, q, faces, length.contact)) {
       set_features(p, q, plane, plane.sets.p, plane.sets.q, length.contact, answer);
       return;
     }

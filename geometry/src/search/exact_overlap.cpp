@@ -11,10 +11,6 @@
 namespace quoin::geometry {
 namespace {
 
-WideVector difference(const Vec3& a, const Vec3& b) {
-  return {two_difference(a.x, b.x), two_difference(a.y, b.y), two_difference(a.z, b.z)};
-}
-
 /// The plane of a facet beyond which the set of differences does not reach, within rounding.
 struct SupportPlane {
   Vec3 normal;         // unit, outward
@@ -26,30 +22,15 @@ struct SupportPlane {
 };
 
 /// The vertices of which one may make the farthest corner along a direction: rounding shifts two
-/// corners by eps D each, and two values of the scan by half of that.
-class Candidates {
- public:
-  const int* begin() const { return list_.data(); }
-  const int* end() const { return list_.data() + count_; }
-
-  /// False: there are too many.
-  bool find(const Solid& solid, const Vector3& direction, double rounding) {
-    const Support top = support(solid, direction);
-    const double limit = top.value - kNear * rounding;
-    const Vec3 local = solid.turned_back(direction);
-    for (int v = 0; v < solid.vertex_count(); ++v) {
-      if (v != top.vertex && dot(row_offset(solid, v), local) < limit) continue;
-      if (count_ == list_.size()) return false;
-      list_[count_++] = v;
-    }
-    return true;
-  }
-
- private:
-  static constexpr double kNear = 4.0;  // of eps D; with room
-  std::array<int, 32> list_;
-  std::size_t count_ = 0;
-};
+/// corners by eps D each, and two values of the scan by half of that. False: there are too many.
+bool find_candidates(const Solid& solid, const Vector3& direction, double rounding,
+                     VertexSet& vertices) {
+  constexpr double kNear = 4.0;  // of eps D; with room
+  constexpr std::size_t kMany = 32;
+  const double top = support(solid, direction).value;
+  find_vertices_beyond(solid, direction, top - kNear * rounding, vertices);
+  return vertices.size() <= kMany;
+}
 
 /// Planes of different directions, of each direction the best.
 class SupportPlanes {
@@ -168,16 +149,18 @@ class Polytope {
   /// The same exactly, among all that may be it; a corner of the facet where those are too many.
   Corner farthest_corner(const Facet& facet) {
     const Vec3 a = place(facet, 0);
-    const WideVector normal = cross(difference(place(facet, 1), a), difference(place(facet, 2), a));
-    Candidates near_p, near_q;
-    if (!near_p.find(p_, -facet.normal, rounding_) || !near_q.find(q_, facet.normal, rounding_))
+    const WideVector normal =
+        cross(wide_difference(place(facet, 1), a), wide_difference(place(facet, 2), a));
+    VertexSet near_p, near_q;
+    if (!find_candidates(p_, -facet.normal, rounding_, near_p) ||
+        !find_candidates(q_, facet.normal, rounding_, near_q))
       return corners_[facet.corners[0]];
     Corner best = corners_[facet.corners[0]];
     DoubleDouble most = 0.0;
     for (const int i : near_p) {
       for (const int j : near_q) {
         const Corner corner = corner_of(i, j);
-        const DoubleDouble height = dot(normal, difference(corner.w, a));
+        const DoubleDouble height = dot(normal, wide_difference(corner.w, a));
         if (!(most < height)) continue;
         most = height;
         best = corner;
@@ -255,7 +238,8 @@ class Polytope {
     const double rough = dot(cross(u, v), w);
     const double size = std::sqrt(square(u) * square(v) * square(w));
     if (std::abs(rough) > kVolumeRounding * kEpsilon * size) return rough;
-    const double fine = double(dot(cross(difference(b, a), difference(c, a)), difference(d, a)));
+    const double fine =
+        double(dot(cross(wide_difference(b, a), wide_difference(c, a)), wide_difference(d, a)));
     return std::abs(fine) > kWideVolumeRounding * size ? fine : orientation(a, b, c, d);
   }
 
@@ -347,7 +331,7 @@ class Polytope {
   void lay_exactly(Index f) {
     Facet& facet = facets_[f];
     const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
-    const WideVector normal = cross(difference(b, a), difference(c, a));
+    const WideVector normal = cross(wide_difference(b, a), wide_difference(c, a));
     const Vec3 rounded = normal.rounded();
     const double length = std::sqrt(square(rounded));
     const double whole = std::sqrt(square(b - a) * square(c - a));
@@ -497,7 +481,7 @@ class Polytope {
 
   SupportPlane exact_plane(const Facet& facet) const {
     const Vec3 a = place(facet, 0), b = place(facet, 1), c = place(facet, 2);
-    const WideVector normal = cross(difference(b, a), difference(c, a));
+    const WideVector normal = cross(wide_difference(b, a), wide_difference(c, a));
     const DoubleDouble length = square_root(dot(normal, normal));
     return {facet.normal, dot(normal, wide(a)) / length,
             !(length.high > kSlimHeight * rounding_ * longest_side(facet))};

@@ -136,11 +136,11 @@ int wide_support(const Solid& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
   const double limit = first.value - kWideSupport * kEpsilon * d.norm() * polyhedron.diameter();
-  const Vec3 local = polyhedron.turned_back(d);
+  VertexSet near;
+  find_vertices_beyond(polyhedron, d, limit, near);
   int best = first.vertex;
-  if (count_beyond(polyhedron, d, limit) == 1) return best;
-  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
-    if (v == best || dot(row_offset(polyhedron, v), local) < limit) continue;
+  for (const int v : near) {
+    if (v == best) continue;
     const WideVector step = polyhedron.wide_line(best, v);
     if (dot(direction, step).high > 0.0) best = v;
   }

@@ -113,7 +113,7 @@ bool whole_faces(const Solid& p, const Solid& q, const Lengths& length, const Ca
   find_polygon(part);
   const auto margin = [&] { return part.margin; };
   const CandidatePlane& plane = optimum.plane;
-  const bool wide = !part.corners.empty() && surely_wide(p, q, part, length.contact) &&
+  const bool wide = !part.corners.empty() && are_wide(p, q, part, length.contact) &&
                     proves_faces(p, q, plane.normal, plane.gap, length.rounding, margin);
   optimum.straight = wide || proves_optimum(p, q, plane, &part, length);  // as of a hint
   if (!optimum.straight) optimum.faces.reset();

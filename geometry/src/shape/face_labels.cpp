@@ -8,6 +8,7 @@
 
 #include "numeric/double_double.hpp"
 #include "numeric/numbers.hpp"
+#include "numeric/plane.hpp"
 #include "shape/cell_groups.hpp"
 #include "shape/convex_hull.hpp"
 #include "shape/polygon_area.hpp"
@@ -47,39 +48,14 @@ double inside(const Eigen::Ref<const Points>& vertices, std::span<const int> pol
 
 // ---- convex within a length ----
 
-using Vector2 = Eigen::Vector2d;
-
-double turn(const Vector2& a, const Vector2& b, const Vector2& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
-/// Hull of places in the plane, counter-clockwise. Source: [Andrew 1979].
-std::vector<Vector2> planar_hull(std::vector<Vector2> places) {
-  std::sort(places.begin(), places.end(), [](const Vector2& p, const Vector2& q) {
-    return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
-  });
-  std::vector<Vector2> hull;
-  hull.reserve(2 * places.size());
-  for (int pass = 0; pass < 2; ++pass) {
-    const std::size_t start = hull.size();
-    for (const Vector2& place : places) {
-      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), place) <= 0.0)
-        hull.pop_back();
-      hull.push_back(place);
-    }
-    hull.pop_back();
-    std::reverse(places.begin(), places.end());
-  }
-  return hull;
-}
-
 /// Does every place lie within `length` of the border of the hull of all?
 bool convex_within(const std::vector<Vector2>& places, double length) {
-  const std::vector<Vector2> hull = planar_hull(places);
+  SmallVector<int, 32> order;
+  hull_order(places, order);
   return std::all_of(places.begin(), places.end(), [&](const Vector2& place) {
-    for (std::size_t k = 0; k < hull.size(); ++k) {
-      const Vector2 &a = hull[k], &b = hull[(k + 1) % hull.size()];
-      if (turn(a, b, place) <= length * (b - a).norm()) return true;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const Vector2 &a = places[at(order[k])], &b = places[at(order[(k + 1) % order.size()])];
+      if (cross2(b - a, place - a) <= length * (b - a).norm()) return true;
     }
     return false;
   });
@@ -87,15 +63,10 @@ bool convex_within(const std::vector<Vector2>& places, double length) {
 
 std::vector<Vector2> laid_flat(const Eigen::Ref<const Points>& vertices, std::span<const int> loop,
                                const Vector3& normal) {
-  int k = 0;
-  normal.cwiseAbs().minCoeff(&k);
-  const Vector3 u = normal.cross(Vector3::Unit(k)).normalized(), v = normal.cross(u);
+  const ContactPlane plane(vertices.col(loop[0]), normal);
   std::vector<Vector2> places;
   places.reserve(loop.size());
-  for (const int i : loop) {
-    const Vector3 x = vertices.col(i) - vertices.col(loop[0]);
-    places.emplace_back(u.dot(x), v.dot(x));
-  }
+  for (const int i : loop) places.push_back(plane.place(vertices.col(i)));
   return places;
 }
 

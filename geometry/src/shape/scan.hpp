@@ -119,16 +119,24 @@ struct Scan {
     return {support(p, all), support(q, {-all.x, -all.y, -all.z})};
   }
   static void beyond(const Rows& rows, const Vec3& d, double value, VertexSet& vertices) {
-    find_reaching(rows, d, value, [&](std::uint32_t reached, int first) {
-      for (; reached != 0; reached &= reached - 1)
-        vertices.push_back(first + std::countr_zero(reached));
-    });
-  }
-  static int count_beyond(const Rows& rows, const Vec3& d, double value) {
-    int count = 0;
     find_reaching(rows, d, value,
-                  [&](std::uint32_t reached, int) { count += std::popcount(reached); });
-    return count;
+                  [&](std::uint32_t reached, int first) { add(reached, first, vertices); });
+  }
+  static Support top(const Rows& rows, const Vec3& d, const std::array<double, 2>& depths,
+                     VertexSet& deep, VertexSet& shallow) {
+    if (rows.padded > 32) {
+      const Support top = support(rows, d);
+      beyond(rows, d, top.value - depths[0], deep);
+      beyond(rows, d, top.value - depths[1], shallow);
+      return top;
+    }
+    return scan_last(rows, four(d), 0, [&](const auto& products) {
+      const Support top = products.top(0);
+      const std::uint32_t all = ~std::uint32_t{0} >> (32 - rows.count);
+      add(products.reaching(four(top.value - depths[0])) & all, 0, deep);
+      add(products.reaching(four(top.value - depths[1])) & all, 0, shallow);
+      return top;
+    });
   }
   static bool carried_alone(const Rows& rows, const Vec3& d, const Carriers& carriers,
                             Support& top) {
@@ -141,11 +149,17 @@ struct Scan {
       least = lesser(value, least);
     }
     top = {highest, most + 0.0};  // one zero
-    return most - least <= carriers.flat &&
-           count_beyond(rows, d, most - carriers.clear) == std::ssize(carriers.set);
+    int count = 0;
+    find_reaching(rows, d, most - carriers.clear,
+                  [&](std::uint32_t reached, int) { count += std::popcount(reached); });
+    return most - least <= carriers.flat && count == std::ssize(carriers.set);
   }
 
  private:
+  static void add(std::uint32_t reached, int first, VertexSet& vertices) {
+    for (; reached != 0; reached &= reached - 1)
+      vertices.push_back(first + std::countr_zero(reached));
+  }
   static void take(const Support& next, Support& best) {
     if (next.value > best.value) best = next;
   }

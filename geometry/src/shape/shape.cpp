@@ -408,6 +408,20 @@ bool turns_left(const Points& vertices, std::span<const int> face, const Vector3
   return true;
 }
 
+/// No more than the least width of a convex polygon, m: its area over half of its border, which is
+/// no shorter than any line between two of its places.
+double width_bound(const Points& vertices, std::span<const int> face, const Vector3& normal) {
+  double area = 0.0, border = 0.0;
+  Vector3 from = vertices.col(face.back()) - vertices.col(face[0]);
+  for (const int v : face) {
+    const Vector3 to = vertices.col(v) - vertices.col(face[0]);
+    area += 0.5 * normal.dot(from.cross(to));
+    border += (to - from).norm();
+    from = to;
+  }
+  return border > 0.0 ? 2.0 * area / border : 0.0;
+}
+
 /// How far a point lies beyond the sides of a face, as seen along its normal.
 double beyond_sides(const Points& vertices, std::span<const int> face, const Vector3& normal,
                     const Vector3& point) {
@@ -479,7 +493,14 @@ void Shape::update_faces() {
       if (topology_->is_corner(v)) continue;
       fit.outside = std::max(fit.outside, beyond_sides(vertices_, face, normal, place));
     }
+    if (fit.outside < kInfinity) fit.width = width_bound(vertices_, face, normal);
     label_fits_[static_cast<std::size_t>(f)] = fit;
+  }
+  for (int f = 0; f < topology_->face_count(); ++f) {
+    double& turn = label_fits_[static_cast<std::size_t>(f)].turn;
+    for (const int v : topology_->face(f))
+      for (const int g : topology_->vertex_faces(v))
+        if (g != f) turn = std::max(turn, face_normals_.col(f).dot(face_normals_.col(g)));
   }
 }
 

@@ -25,6 +25,7 @@ class Solid {
   const Shape& shape() const { return *shape_; }
   const Body* body() const { return body_; }      ///< null: the shape in its own frame
   const Body* turned() const { return turned_; }  ///< null: `linear` is the identity
+  bool is_rigid() const { return turned_ == nullptr || turned_->is_rigid(); }
   const Topology& topology() const { return shape_->topology(); }
   int vertex_count() const { return shape_->vertex_count(); }
   int padded_count() const { return shape_->padded_count(); }

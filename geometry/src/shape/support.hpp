@@ -30,10 +30,11 @@ PairSupport support_pair(const Solid& p, const Solid& q, const Vector3& directio
 void find_vertices_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                           VertexSet& vertices);
 
-/// How many vertices do.
-int count_beyond(const Solid& polyhedron, const Vector3& direction, double value);
+/// Those within two depths of the support plane (m; the first is the greater), and its support.
+Support find_top(const Solid& polyhedron, const Vector3& direction,
+                 const std::array<double, 2>& depths, VertexSet& deep, VertexSet& shallow);
 
-/// Is `set` (each once) just the vertices whose offset · direction is at least `value`?
+/// Is `set` (ascending) just the vertices whose offset · direction is at least `value`?
 bool only_these_beyond(const Solid& polyhedron, const Vector3& direction, double value,
                        std::span<const int> set);
 

@@ -135,6 +135,8 @@ struct LabelFit {
   double off_plane = 0.0;  ///< off the face's plane, m
   double outside = 0.0;    ///< and, as seen along its normal, beyond its sides, m; infinite: its
                            ///< corners are not those of a convex polygon, within rounding
+  double width = 0.0;      ///< of the polygon, m: its least width is no less; 0: not known
+  double turn = -1.0;      ///< greatest cosine of its normal and that of a face at its vertices
 };
 
 /// Memory on 64-byte borders, so that wide loads never straddle cache lines.
