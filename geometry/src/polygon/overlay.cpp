@@ -16,9 +16,8 @@
 namespace quoin::geometry {
 namespace {
 
-/// Up to so many sides, those that a corner lies left of are bits of a number; up to so many pairs
-/// of sides, all are compared.
-constexpr std::size_t kTableSides = 64, kFewPairs = 64;
+/// Up to so many sides, those that a corner lies left of are bits of a number.
+constexpr std::size_t kTableSides = 64;
 /// Of eps times the size of what is laid: by less a table of turns is off.
 constexpr double kTableRounding = 8.0;
 /// Up to so many corners, the farthest is sought among all.
@@ -221,16 +220,12 @@ class Overlay {
     stand_q_.resize(q_.size());
     std::fill(stand_p_.begin(), stand_p_.end(), Standing{});
     std::fill(stand_q_.begin(), stand_q_.end(), Standing{});
-    (p_.size() * q_.size() <= kFewPairs) ? compare_all() : sweep();
+    sweep();
     for (std::size_t i = 0; i < p_.size(); ++i)
       if (q_.covers(stand_p_[i])) add_corner_of_p(i, corners);
     for (std::size_t j = 0; j < q_.size(); ++j)
       if (p_.covers(stand_q_[j])) add_corner_of_q(j, corners);
     for (const Crossing& crossing : crossings_) add_crossing(crossing, corners);
-  }
-  void compare_all() {
-    for (std::size_t i = 0; i < p_.size(); ++i)
-      for (std::size_t j = 0; j < q_.size(); ++j) compare(i, j);
   }
 
   /// The extent of a side along u: only sides whose extents meet are compared. Others neither
