@@ -243,14 +243,14 @@ long most_steps(const SceneFile& file) {
 }
 
 /// The first step of a run, and what that says of it.
-struct Trial {
+struct TriedStep {
   solver::StepReport step{.status = solver::StepStatus::Stopped};
   std::string message;
   std::vector<std::string> left_out;
 };
 
-Trial try_step(const SceneFile& file, double max_seconds) {
-  Trial trial;
+TriedStep try_step(const SceneFile& file, double max_seconds) {
+  TriedStep trial;
   const auto converged = [&] { return trial.step.status == solver::StepStatus::Converged; };
   scene_file::RunOptions options;
   options.after_step = [&](const scene_file::StepView& view, const scene_file::SaveRun&) {
@@ -266,7 +266,7 @@ Trial try_step(const SceneFile& file, double max_seconds) {
 }
 
 /// One step tried tells how long steps take, and the memory in use by then what the run needs.
-json trial_json(const SceneFile& file, const Trial& tried) {
+json trial_json(const SceneFile& file, const TriedStep& tried) {
   const solver::StepReport& trial = tried.step;
   const solver::PhaseSeconds& seconds = trial.seconds;
   const double step = seconds.detect + seconds.assemble + seconds.solve + seconds.update;
@@ -308,7 +308,7 @@ json report_of(const SceneFile& file, const std::string& path, double max_second
     report["refused_pair"] = refused;
     return report;
   }
-  const Trial trial = try_step(file, max_seconds);
+  const TriedStep trial = try_step(file, max_seconds);
   report["time_step"] = time_step_json(file, scene, trial.step);
   report["trial_step"] = trial_json(file, trial);
   report["left_out"] = trial.left_out;

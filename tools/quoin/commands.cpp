@@ -1,7 +1,6 @@
 #include "commands.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -20,16 +19,6 @@ void complain(const std::string& message, const std::string& subject) {
 
 std::string text(const nlohmann::ordered_json& document) {
   return document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-std::string shared_file(const std::string& name) {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  const fs::path command = fs::read_symlink("/proc/self/exe", none);
-  for (const fs::path& folder :
-       {command.parent_path().parent_path() / "share" / "quoin", fs::path(QUOIN_TOOLS_DIR)})
-    if (fs::exists(folder / name, none)) return (folder / name).string();
-  throw scene_file::FileError(name + ": is not installed beside the command");
 }
 
 namespace {

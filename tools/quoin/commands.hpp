@@ -27,10 +27,6 @@ void complain(const std::string& message, const std::string& subject = "quoin");
 /// JSON over many lines; bytes that are no UTF-8 are replaced.
 std::string text(const nlohmann::ordered_json& document);
 
-/// A file or folder of tools/ (a script, scenes): beside the installed command, or where it was
-/// built from. Throws FileError.
-std::string shared_file(const std::string& name);
-
 /// How a command ended: by an exception where there is a message, for complain().
 struct Ending {
   int exit_code = kDone;

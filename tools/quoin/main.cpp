@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <stdexcept>
 #include <string_view>
 
 #include "commands.hpp"
@@ -34,11 +35,12 @@ int tell(const CLI::App& app, const CLI::ParseError& error, bool on_ranks) {
   return app.exit(error) == 0 ? all_is_told() : quoin::commands::kBadInput;
 }
 
-/// A run on several processes is that of quoin-mpi beside this program, where it was built.
-void leave_to_mpi(char** argv) {
+/// A run on several processes is that of quoin-mpi beside this program, where it was built, and
+/// the referee is quoin-referee.
+void leave_to(const char* program, char** argv) {
   std::error_code none;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", none);
-  ::execv((self.parent_path() / "quoin-mpi").c_str(), argv);
+  ::execv((self.parent_path() / program).c_str(), argv);
 }
 
 std::terminate_handler usual_end = nullptr;
@@ -61,7 +63,10 @@ std::terminate_handler usual_end = nullptr;
 
 int main(int argc, char** argv) {
   const bool on_ranks = std::find(argv, argv + argc, std::string_view("--mpi")) < argv + argc;
-  if (on_ranks && !quoin::commands::Processes::are_known()) leave_to_mpi(argv);
+  if (on_ranks && !quoin::commands::Processes::are_known()) leave_to("quoin-mpi", argv);
+#ifndef QUOIN_REFEREE
+  if (argc > 1 && argv[1] == std::string_view("referee")) leave_to("quoin-referee", argv);
+#endif
   CLI::App app{
       "quoin: contact geometry of convex polyhedra and 3-D discontinuous deformation analysis.\n"
       "Units are SI; angles carry their unit in the name.\n"
@@ -87,6 +92,11 @@ int main(int argc, char** argv) {
   quoin::commands::add_validate_command(app, exit_code);
 #ifdef QUOIN_REFEREE
   quoin::commands::add_referee_command(app, exit_code);
+#else
+  app.add_subcommand("referee", "Judge contact libraries: quoin-referee beside this program")
+      ->prefix_command()
+      ->callback(
+          [] { throw std::runtime_error("quoin-referee is not there: it is built where GMP is"); });
 #endif
   ::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is told like a full disk
   usual_end = std::set_terminate(end_without_memory);

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "commands.hpp"
 #include "scene_file/scene_error.hpp"
+#include "shared_file.hpp"
 
 namespace quoin::commands {
 namespace {

@@ -16,6 +16,7 @@
 #include "path_to_write.hpp"
 #include "scene_file/cases.hpp"
 #include "scene_file/scene_error.hpp"
+#include "shared_file.hpp"
 
 namespace quoin::commands {
 namespace {

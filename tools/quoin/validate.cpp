@@ -9,6 +9,7 @@
 
 #include "commands.hpp"
 #include "scene_file/cases.hpp"
+#include "shared_file.hpp"
 
 namespace quoin::commands {
 namespace {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 
 #include "message.hpp"
 
@@ -13,6 +14,13 @@ namespace quoin::referee {
 class ChildProcess {
  public:
   using Answer = std::function<Message(Message& question)>;
+
+  /// What answers by Server(of).answer(question).
+  template <class Server, class Argument>
+  static Answer served_by(const Argument& of) {
+    const auto server = std::make_shared<Server>(of);
+    return [server](Message& question) { return server->answer(question); };
+  }
 
   /// `start` runs in the child, and gives what answers there; it may throw, which ends the child.
   ChildProcess(std::function<Answer()> start, std::chrono::milliseconds limit);

@@ -1,6 +1,5 @@
 #include "plugin.hpp"
 
-#include <memory>
 #include <stdexcept>
 #include <utility>
 
@@ -70,9 +69,9 @@ void add_three(const double* three, Message& message) {
 }
 
 /// In the child: a question to its library.
-class Server {
+class AnswerServer {
  public:
-  explicit Server(const LibraryInfo& info) : session_(*load_library(info.file, info.index)) {}
+  explicit AnswerServer(const LibraryInfo& info) : session_(*load_library(info.file, info.index)) {}
 
   Message answer(Message& question) {
     posed_.read(question);
@@ -134,11 +133,6 @@ Answer read_answer(Message& reply) {
   return answer;
 }
 
-ChildProcess::Answer serve(const LibraryInfo& info) {
-  const auto server = std::make_shared<Server>(info);
-  return [server](Message& question) { return server->answer(question); };
-}
-
 }  // namespace
 
 std::vector<LibraryInfo> libraries_of(const std::string& file) {
@@ -159,7 +153,8 @@ std::vector<LibraryInfo> libraries_of(const std::string& file) {
 }
 
 Plugin::Plugin(LibraryInfo info, std::chrono::milliseconds limit)
-    : info_(std::move(info)), process_([this] { return serve(info_); }, limit) {}
+    : info_(std::move(info)),
+      process_([this] { return ChildProcess::served_by<AnswerServer>(info_); }, limit) {}
 
 Answer Plugin::ask(const Question& question) {
   Message message, reply;

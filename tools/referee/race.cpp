@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 
 #include "library_session.hpp"
 
@@ -13,9 +12,9 @@ using Memory = LibrarySession::Memory;
 constexpr std::size_t kRounds = 5;
 
 /// In the child: all libraries.
-class Server {
+class RaceServer {
  public:
-  explicit Server(const std::vector<LibraryInfo>& libraries) {
+  explicit RaceServer(const std::vector<LibraryInfo>& libraries) {
     for (const LibraryInfo& info : libraries)
       sessions_.emplace_back(*load_library(info.file, info.index));
   }
@@ -69,16 +68,11 @@ class Server {
   std::size_t turns_ = 0;
 };
 
-ChildProcess::Answer serve(const std::vector<LibraryInfo>& libraries) {
-  const auto server = std::make_shared<Server>(libraries);
-  return [server](Message& question) { return server->answer(question); };
-}
-
 }  // namespace
 
 Race::Race(std::vector<LibraryInfo> libraries, std::chrono::milliseconds limit)
     : libraries_(std::move(libraries)),
-      process_([this] { return serve(libraries_); },
+      process_([this] { return ChildProcess::served_by<RaceServer>(libraries_); },
                limit * static_cast<int>(kRounds * libraries_.size())) {}
 
 std::vector<std::optional<double>> Race::seconds(const Question& question,

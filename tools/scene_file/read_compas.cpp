@@ -12,10 +12,10 @@ namespace quoin::scene_file {
 namespace {
 
 using geometry::Vector3;
-using json = nlohmann::ordered_json;  // blocks in the order of the file
+using OrderedJson = nlohmann::ordered_json;  // blocks in the order of the file
 
-const json* find(const json& document, std::initializer_list<const char*> path) {
-  const json* at = &document;
+const OrderedJson* find(const OrderedJson& document, std::initializer_list<const char*> path) {
+  const OrderedJson* at = &document;
   for (const char* key : path) {
     if (!at->is_object() || !at->contains(key)) return nullptr;
     at = &(*at)[key];
@@ -23,23 +23,23 @@ const json* find(const json& document, std::initializer_list<const char*> path) 
   return at;
 }
 
-const json& unwrapped(const json& value) {
-  const json* data = find(value, {"data"});
+const OrderedJson& unwrapped(const OrderedJson& value) {
+  const OrderedJson* data = find(value, {"data"});
   return data != nullptr ? *data : value;
 }
 
-bool has_items(const json* value) {
+bool has_items(const OrderedJson* value) {
   return value != nullptr && value->is_structured() && !value->empty();
 }
 
-double coordinate(const json& value, const std::string& place) {
+double coordinate(const OrderedJson& value, const std::string& place) {
   if (!value.is_number() || !std::isfinite(value.get<double>()))
     throw MeshError(place + ": coordinates must be finite numbers");
   return value.get<double>();
 }
 
 /// {"x": …, "y": …, "z": …} or [x, y, z].
-Vector3 vertex_place(const json& vertex, const std::string& place) {
+Vector3 vertex_place(const OrderedJson& vertex, const std::string& place) {
   if (vertex.is_array() && vertex.size() == 3) {
     return {coordinate(vertex[0], place), coordinate(vertex[1], place),
             coordinate(vertex[2], place)};
@@ -55,9 +55,9 @@ class MeshReader {
  public:
   explicit MeshReader(std::string id) { block_.id = std::move(id); }
 
-  MeshBlock read(const json& mesh) {
-    const json* vertices = find(mesh, {"vertex"});
-    const json* faces = find(mesh, {"face"});
+  MeshBlock read(const OrderedJson& mesh) {
+    const OrderedJson* vertices = find(mesh, {"vertex"});
+    const OrderedJson* faces = find(mesh, {"face"});
     vertices = vertices != nullptr ? vertices : find(mesh, {"vertices"});
     faces = faces != nullptr ? faces : find(mesh, {"faces"});
     if (!has_items(vertices) || !has_items(faces))
@@ -71,7 +71,7 @@ class MeshReader {
     }
     for (const auto& [key, face] : faces->items())
       if (!face.is_null()) read_face(key, face);
-    const json* name = find(mesh, {"attributes", "name"});
+    const OrderedJson* name = find(mesh, {"attributes", "name"});
     if (name != nullptr && name->is_string()) block_.name = name->get<std::string>();
     keep_used_vertices(block_);
     return std::move(block_);
@@ -80,9 +80,9 @@ class MeshReader {
  private:
   std::string where() const { return "block " + in_quotes(block_.id) + ": "; }
 
-  void read_face(const std::string& key, const json& face) {
+  void read_face(const std::string& key, const OrderedJson& face) {
     std::vector<int>& cycle = block_.faces.emplace_back();
-    for (const json& vertex : face) {
+    for (const OrderedJson& vertex : face) {
       const std::string name = vertex.is_string()           ? vertex.get<std::string>()
                                : vertex.is_number_integer() ? vertex.dump()
                                                             : std::string();
@@ -100,14 +100,14 @@ class MeshReader {
 };
 
 /// A COMPAS transformation (4 × 4, or null) of a model's element.
-void place(const json& element, MeshBlock& block) {
-  const json* transformation = find(element, {"transformation"});
+void place(const OrderedJson& element, MeshBlock& block) {
+  const OrderedJson* transformation = find(element, {"transformation"});
   if (transformation == nullptr || transformation->is_null()) return;
-  const json* rows = find(unwrapped(*transformation), {"matrix"});
+  const OrderedJson* rows = find(unwrapped(*transformation), {"matrix"});
   Eigen::Matrix4d matrix;
-  const auto is_row = [](const json& row) {
+  const auto is_row = [](const OrderedJson& row) {
     return row.is_array() && row.size() == 4 &&
-           std::all_of(row.begin(), row.end(), [](const json& x) { return x.is_number(); });
+           std::all_of(row.begin(), row.end(), [](const OrderedJson& x) { return x.is_number(); });
   };
   if (rows == nullptr || !rows->is_array() || rows->size() != 4 ||
       !std::all_of(rows->begin(), rows->end(), is_row)) {
@@ -123,49 +123,49 @@ void place(const json& element, MeshBlock& block) {
           .eval();
 }
 
-bool flag(const json& attributes) {
-  const json* stated = find(attributes, {"is_support"});
+bool flag(const OrderedJson& attributes) {
+  const OrderedJson* stated = find(attributes, {"is_support"});
   return stated != nullptr && stated->is_boolean() && stated->get<bool>();
 }
 
-MeshBlock block_of(const std::string& id, const json& mesh, bool is_support) {
+MeshBlock block_of(const std::string& id, const OrderedJson& mesh, bool is_support) {
   MeshBlock block = MeshReader(id).read(unwrapped(mesh));
   block.is_support = is_support;
   return block;
 }
 
-std::vector<MeshBlock> blocks_of_nodes(const json& nodes) {
+std::vector<MeshBlock> blocks_of_nodes(const OrderedJson& nodes) {
   std::vector<MeshBlock> blocks;
   for (const auto& [id, node] : nodes.items()) {
-    const json* mesh = find(node, {"block"});
+    const OrderedJson* mesh = find(node, {"block"});
     if (mesh != nullptr) blocks.push_back(block_of(id, *mesh, flag(node)));
   }
   return blocks;
 }
 
-std::vector<MeshBlock> blocks_of_list(const json& meshes, const json* nodes) {
+std::vector<MeshBlock> blocks_of_list(const OrderedJson& meshes, const OrderedJson* nodes) {
   std::vector<MeshBlock> blocks;
   for (const auto& [id, mesh] : meshes.items()) {
-    const json* node = nodes != nullptr ? find(*nodes, {id.c_str()}) : nullptr;
+    const OrderedJson* node = nodes != nullptr ? find(*nodes, {id.c_str()}) : nullptr;
     blocks.push_back(block_of(id, mesh, node != nullptr && flag(*node)));
   }
   return blocks;
 }
 
 /// Elements are keyed by long identifiers; the graph's node keys name them for people.
-std::vector<MeshBlock> blocks_of_elements(const json& elements, const json* nodes) {
+std::vector<MeshBlock> blocks_of_elements(const OrderedJson& elements, const OrderedJson* nodes) {
   std::map<std::string, std::string> node_of;
   if (nodes != nullptr) {
     for (const auto& [id, node] : nodes->items()) {
-      const json* element = find(node, {"element"});
+      const OrderedJson* element = find(node, {"element"});
       if (element != nullptr && element->is_string()) node_of[element->get<std::string>()] = id;
     }
   }
   std::vector<MeshBlock> blocks;
   for (const auto& [key, element] : elements.items()) {
-    const json& data = unwrapped(element);
+    const OrderedJson& data = unwrapped(element);
     const std::string id = node_of.contains(key) ? node_of[key] : key;
-    const json* shape = find(data, {"geometry"});
+    const OrderedJson* shape = find(data, {"geometry"});
     if (shape == nullptr) throw MeshError("element " + in_quotes(key) + ": has no geometry");
     blocks.push_back(block_of(id, *shape, flag(data)));
     place(data, blocks.back());
@@ -174,21 +174,21 @@ std::vector<MeshBlock> blocks_of_elements(const json& elements, const json* node
 }
 
 /// A problem of compas_dem holds its model.
-std::vector<MeshBlock> blocks_of_document(const json& whole) {
-  const json* model = find(whole, {"data", "model"});
-  const json& document = model != nullptr ? *model : whole;
-  const json* nodes = nullptr;
+std::vector<MeshBlock> blocks_of_document(const OrderedJson& whole) {
+  const OrderedJson* model = find(whole, {"data", "model"});
+  const OrderedJson& document = model != nullptr ? *model : whole;
+  const OrderedJson* nodes = nullptr;
   for (const auto& path : {std::initializer_list<const char*>{"data", "graph", "data", "node"},
                            {"data", "graph", "node"},
                            {"assembly", "node"},
                            {"node"}})
     nodes = nodes != nullptr ? nodes : find(document, path);
-  const json* elements = find(document, {"data", "elements"});
+  const OrderedJson* elements = find(document, {"data", "elements"});
   if (has_items(elements)) return blocks_of_elements(*elements, nodes);
-  const json* meshes = document.is_array() ? &document : find(document, {"blocks"});
+  const OrderedJson* meshes = document.is_array() ? &document : find(document, {"blocks"});
   if (has_items(meshes)) return blocks_of_list(*meshes, nodes);
   if (has_items(nodes)) return blocks_of_nodes(*nodes);
-  const json& mesh = unwrapped(document);
+  const OrderedJson& mesh = unwrapped(document);
   const bool is_mesh = has_items(find(mesh, {"vertex"})) || has_items(find(mesh, {"vertices"}));
   return is_mesh ? std::vector{block_of("0", mesh, false)} : std::vector<MeshBlock>();
 }
@@ -210,8 +210,8 @@ bool earlier(const MeshBlock& a, const MeshBlock& b) {
 std::vector<MeshBlock> read_compas(std::string_view text) {
   std::vector<MeshBlock> blocks;
   try {
-    blocks = blocks_of_document(json::parse(text));
-  } catch (const json::exception& error) {
+    blocks = blocks_of_document(OrderedJson::parse(text));
+  } catch (const OrderedJson::exception& error) {
     const std::string message = error.what();
     const std::size_t start = message.find("] ");
     throw MeshError("is no JSON of blocks: " +

@@ -17,7 +17,7 @@ Real cross(const Place& u, const Place& v) { return u[0] * v[1] - u[1] * v[0]; }
 Real dot(const Place& u, const Place& v) { return u[0] * v[0] + u[1] * v[1]; }
 Real length(const Place& u) { return std::sqrt(dot(u, u)); }
 
-Real length(const RealPoint& p) { return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]); }
+Real norm_of(const RealPoint& p) { return std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]); }
 
 RealPoint cross(const RealPoint& p, const RealPoint& q) {
   return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]};
@@ -99,7 +99,7 @@ std::array<Carrier, 2> farthest_ends(const std::vector<Carrier>& polygon) {
   Real most = -1;
   for (const Carrier& c : polygon) {
     for (const Carrier& d : polygon) {
-      const Real apart = length(d.point - c.point);
+      const Real apart = norm_of(d.point - c.point);
       if (apart > most) {
         most = apart;
         ends = {c, d};
@@ -114,18 +114,18 @@ Real width_in_space(const std::vector<Carrier>& carriers, const std::array<Carri
   const RealPoint line = ends[1].point - ends[0].point;
   Real most = 0;
   for (const Carrier& c : carriers)
-    most = std::max(most, length(cross(line, c.point - ends[0].point)));
-  return length(line) > 0 ? most / length(line) : 0;
+    most = std::max(most, norm_of(cross(line, c.point - ends[0].point)));
+  return norm_of(line) > 0 ? most / norm_of(line) : 0;
 }
 
 /// How far ends that are as far apart, within the band, lie from the ends taken.
 Real open_ends(const std::vector<Carrier>& polygon, const std::array<Carrier, 2>& ends,
                const PatchBands& bands) {
-  const Real enough = length(ends[1].point - ends[0].point) - Real(bands.decision);
+  const Real enough = norm_of(ends[1].point - ends[0].point) - Real(bands.decision);
   Real most = 0;
   for (const Carrier& c : polygon) {
     const bool far = std::any_of(polygon.begin(), polygon.end(), [&](const Carrier& d) {
-      return length(d.point - c.point) >= enough;
+      return norm_of(d.point - c.point) >= enough;
     });
     if (far) {
       most = std::max(most,
@@ -137,7 +137,7 @@ Real open_ends(const std::vector<Carrier>& polygon, const std::array<Carrier, 2>
 
 void classify(const PatchBands& bands, SupportPolygon& polygon) {
   const std::array<Carrier, 2> ends = farthest_ends(polygon.border);
-  const Real longest = length(ends[1].point - ends[0].point), width = width_of(polygon.border);
+  const Real longest = norm_of(ends[1].point - ends[0].point), width = width_of(polygon.border);
   const Real tolerance = bands.tolerance;
   if (longest <= tolerance) {
     polygon.kind = FeatureKind::Vertex;
@@ -401,7 +401,7 @@ ContactType type_of(const SupportPolygon& a, const SupportPolygon& b, const Patc
     return low == FeatureKind::Face ? ContactType::FaceFace : ContactType::EdgeFace;
   const RealPoint d = a.border[1].point - a.border[0].point;
   const RealPoint e = b.border[1].point - b.border[0].point;
-  const Real off = length(cross(d, e)) / std::max(length(d), length(e));
+  const Real off = norm_of(cross(d, e)) / std::max(norm_of(d), norm_of(e));
   clear = clear && is_clear(off, bands);
   return off <= Real(bands.tolerance) ? ContactType::EdgeEdgeParallel
                                       : ContactType::EdgeEdgeCrossing;
@@ -448,14 +448,14 @@ struct Beyond {
 
 PlaneFrame::PlaneFrame(const Vector3& normal) {
   for (std::size_t k = 0; k < 3; ++k) n_[k] = Real(normal[static_cast<Eigen::Index>(k)]);
-  const Real norm = length(n_);
+  const Real norm = norm_of(n_);
   for (Real& c : n_) c /= norm;
   RealPoint axis{};
   const auto least = std::min_element(n_.begin(), n_.end(),
                                       [](Real x, Real y) { return std::abs(x) < std::abs(y); });
   axis[static_cast<std::size_t>(least - n_.begin())] = 1;
   u_ = cross(axis, n_);
-  const Real across = length(u_);
+  const Real across = norm_of(u_);
   for (Real& c : u_) c /= across;
   v_ = cross(n_, u_);
 }

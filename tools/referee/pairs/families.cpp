@@ -20,7 +20,7 @@ using geometry::Points;
 using geometry::Shape;
 using geometry::Vector3;
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 // ---- shapes, each about the origin and about `size` large -----------------------------------
 
@@ -33,7 +33,7 @@ Shape box_shape(Random& random, double size) {
 Points polygon(Random& random, int corners, double size) {
   Points points(3, corners);
   for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * (i + random.uniform(0.1, 0.9)) / corners;
+    const double angle = 2 * pi * (i + random.uniform(0.1, 0.9)) / corners;
     points.col(i) = 0.5 * size * Vector3(std::cos(angle), std::sin(angle), 0);
   }
   return points;

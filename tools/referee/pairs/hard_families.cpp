@@ -18,7 +18,7 @@ using geometry::Placement;
 using geometry::Points;
 using geometry::Vector3;
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 // ---- points -----------------------------------------------------------------------------------
 
@@ -40,7 +40,7 @@ Points moved(const Points& points, const Vector3& shift) { return points.colwise
 Points prism(Random& r, int corners, double radius, double height) {
   Points points(3, 2 * corners);
   for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * (i + r.uniform(0.1, 0.9)) / corners;
+    const double angle = 2 * pi * (i + r.uniform(0.1, 0.9)) / corners;
     points.col(i) = Vector3(radius * std::cos(angle), radius * std::sin(angle), -0.5 * height);
     points.col(corners + i) = points.col(i) + Vector3(0, 0, height);
   }
@@ -263,7 +263,7 @@ SolidPair nearly_collinear_arcs(Random& r) {
     return points;
   };
   const Vector3 shift(r.uniform(-0.5, 0.5), r.uniform(-0.5, 0.5), small_gap(r));
-  const Matrix3 turn = rotation_about(Vector3::UnitZ(), 0.5 * kPi * r.integer(0, 3));
+  const Matrix3 turn = rotation_about(Vector3::UnitZ(), 0.5 * pi * r.integer(0, 3));
   return as_laid_or_turned(solid(-0.3, 0), moved(solid(0, 0.4), turn, shift), r);
 }
 
@@ -271,12 +271,12 @@ SolidPair nearly_collinear_arcs(Random& r) {
 SolidPair tilts_about_tolerance(Random& r) {
   const double factor = r.chance(0.2) ? 1 : r.log_uniform(0.3, 3);
   const bool edges = r.chance(0.4);
-  const Matrix3 roof = edges ? rotation_about(Vector3::UnitX(), kPi / 4) : Matrix3::Identity();
+  const Matrix3 roof = edges ? rotation_about(Vector3::UnitX(), pi / 4) : Matrix3::Identity();
   const Points lower = moved(centred_box(random_sides(r)), roof, Vector3::Zero());
   Points upper = moved(centred_box(random_sides(r)), roof, Vector3::Zero());
   const double tolerance = 1e-9 * std::min(diameter(lower), diameter(upper));
   const double extent = upper.row(0).maxCoeff() - upper.row(0).minCoeff();
-  const double heading = r.chance(0.5) ? 0.5 * kPi : r.uniform(0, kPi);
+  const double heading = r.chance(0.5) ? 0.5 * pi : r.uniform(0, pi);
   const Vector3 axis =
       edges ? Vector3(Vector3::UnitZ()) : Vector3(std::cos(heading), std::sin(heading), 0);
   upper = moved(upper, rotation_about(axis, factor * tolerance / extent), Vector3::Zero());
@@ -403,7 +403,7 @@ Points face_up(const Points& frustum, Random& r) {
 SolidPair frusta(Random& r) {
   const Matrix3 over = Vector3(-1, 1, -1).asDiagonal();
   const Points a = face_up(r.chance(0.8) ? frustum(r) : centred_box(random_sides(r)), r);
-  const double heading = r.chance(0.5) ? 0 : r.uniform(0, 2 * kPi);
+  const double heading = r.chance(0.5) ? 0 : r.uniform(0, 2 * pi);
   const double lean = r.chance(0.5) ? 0 : r.log_uniform(1e-16, 1e-2);
   const Matrix3 turn =
       rotation_about(r.direction(), lean) * rotation_about(Vector3::UnitZ(), heading);
@@ -424,7 +424,7 @@ SolidPair frusta(Random& r) {
 /// A quarter turn as CAD and planners write it: entries that should be 0 are not quite.
 Matrix3 sloppy_quarter_turn(Random& r) {
   const double noise = r.chance(0.3) ? 6.123233995736766e-17 : r.log_uniform(1e-17, 1e-8);
-  return rotation_about(Vector3::UnitY(), 0.5 * kPi + noise);
+  return rotation_about(Vector3::UnitY(), 0.5 * pi + noise);
 }
 
 /// Two prisms between the same two planes, side by side or into each other.
@@ -432,7 +432,7 @@ SolidPair coplanar_caps(Random& r) {
   const double height = r.uniform(0.3, 1);
   const Points a = prism(r, r.integer(3, 8), 0.6, height),
                b = prism(r, r.integer(3, 8), 0.6, height);
-  const double angle = r.uniform(0, 2 * kPi);
+  const double angle = r.uniform(0, 2 * pi);
   const Vector3 n(std::cos(angle), std::sin(angle), 0);
   const double lift = (n.transpose() * a).maxCoeff() - (n.transpose() * b).minCoeff();
   const double gap = r.chance(0.5) ? -r.log_uniform(1e-6, 0.3) : small_gap(r);

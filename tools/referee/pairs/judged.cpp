@@ -8,7 +8,6 @@ namespace quoin::referee {
 namespace {
 
 using Real = long double;
-constexpr double kEps = std::numeric_limits<double>::epsilon();
 
 /// How far a corner stands out beyond the line between its neighbours; a segment's end by all of
 /// it.
@@ -27,7 +26,7 @@ Real blur_of(const ExactPatch& patch, const PatchCorner& corner, Real slack) {
   const int edges = patch.type == geometry::ContactType::EdgeEdgeCrossing ? 2
                     : corner.sine < 1                                     ? 1
                                                                           : 0;
-  return (2 * slack + edges * patch.open_ends) / std::max(corner.sine, Real(kEps));
+  return (2 * slack + edges * patch.open_ends) / std::max(corner.sine, Real(kEpsilon));
 }
 
 }  // namespace
@@ -71,7 +70,7 @@ ExactPatch judged_patch(const ExactPair& numbers, const geometry::Vector3& norma
                         double slack, const PairSizes& sizes) {
   return exact_patch(
       numbers, normal,
-      {.tolerance = tolerance, .decision = slack, .border = 2 * kEps * sizes.larger});
+      {.tolerance = tolerance, .decision = slack, .border = 2 * kEpsilon * sizes.larger});
 }
 
 void judge_corners(const ExactPair& numbers, const geometry::Vector3& normal,

@@ -2,17 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <quoin/geometry/shape.hpp>
 #include <stdexcept>
 
 namespace quoin::referee {
-namespace {
-
-constexpr double kEps = std::numeric_limits<double>::epsilon();
-
-}  // namespace
-
 PairSizes::PairSizes(const SolidPair& pair)
     : own_frames(stands_in_own_frame(pair.a) && stands_in_own_frame(pair.b)) {
   const double a = diameter(pair.a), b = diameter(pair.b);
@@ -23,16 +16,16 @@ PairSizes::PairSizes(const SolidPair& pair)
 }
 
 double PairSizes::allowed_gap(long double exact, double promised) const {
-  return 1e-12 * std::abs(static_cast<double>(exact)) + (16 * kEps + promised) * larger +
-         (own_frames ? 0.0 : 4 * kEps * shape_coordinate);
+  return 1e-12 * std::abs(static_cast<double>(exact)) + (16 * kEpsilon + promised) * larger +
+         (own_frames ? 0.0 : 4 * kEpsilon * shape_coordinate);
 }
 
 double PairSizes::allowed_place(long double exact, double promised) const {
-  return allowed_gap(exact, promised) + 4 * kEps * std::max(world_coordinate, shape_coordinate);
+  return allowed_gap(exact, promised) + 4 * kEpsilon * std::max(world_coordinate, shape_coordinate);
 }
 
 double stated_thickness(const Solid& solid) {
-  return std::max(1e-9 * diameter(solid), 16 * kEps * largest_coordinate(solid));
+  return std::max(1e-9 * diameter(solid), 16 * kEpsilon * largest_coordinate(solid));
 }
 
 double thickness(const Solid& solid) {

@@ -7,9 +7,13 @@
 ///   place  the same + 4 eps of the largest coordinate in the world (a point is three doubles: half
 ///          an eps each, once for the place, once for what it is measured from, in three axes)
 
+#include <limits>
+
 #include "referee/pairs/solids.hpp"
 
 namespace quoin::referee {
+
+inline constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 /// Sizes of a pair, m, and what follows from them.
 struct PairSizes {
