@@ -61,6 +61,8 @@ for what, change, code, said in (
         ("a wrong bound", lambda cases: cases["rows"][0].update(at_least=1e9), 1, "21 rows, 3 not ok"),
         ("NaN", lambda cases: cases["rows"][0].update(result="0/0"), 1, "21 rows, 3 not ok"),
         ("a flag that is not raised", lambda cases: cases["runs"][0].update(flags=["overlap"]), 1, "flags other than"),
+        ("a flag within a list", lambda cases: cases["runs"][0].update(flags=[["overlap"]]), 2,
+         'V03.json: /cases/runs/0/flags: [["overlap"]] must be a list of names'),
         ("a run that breaks off", lambda cases: cases["runs"][0].update(set={"/stages": [{"analysis": "static"}],
                                                                           "/end_time": None}), (1, 2), "stage"),
         ("a name that there is not", lambda cases: cases["rows"][0].update(result="c_dx"), 2, "c_dx"),

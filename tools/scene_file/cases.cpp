@@ -354,6 +354,7 @@ std::string change_of(const std::string& name, const Json& value) {
 struct CaseFile::Document {
   std::string folder, scene;
   Json cases;
+  std::string of_file;
 
   const Json& runs() const { return cases.at("runs"); }
 
@@ -407,7 +408,7 @@ struct CaseFile::Document {
     made.swap(next);
   }
 
-  static void read_flags(const Json& entry, bool quick, std::vector<CaseRun>& made) {
+  void read_flags(const Json& entry, bool quick, std::vector<CaseRun>& made) const {
     if (!entry.contains("flags")) return;
     const Json& flags = entry["flags"];
     std::size_t used = 0;
@@ -415,11 +416,18 @@ struct CaseFile::Document {
       const std::string key =
           run.parameters.empty() ? "" : short_number(run.parameters.front().second);
       if (flags.is_object() && !flags.contains(key)) continue;
-      run.flags = (flags.is_object() ? flags[key] : flags).get<std::vector<std::string>>();
+      run.flags = names_of_flags(flags.is_object() ? flags[key] : flags, run.entry);
       ++used;
     }
     if (flags.is_object() && used < flags.size() && !quick)
       throw SceneError("/cases/runs", "flags of a value that does not vary: " + flags.dump());
+  }
+
+  std::vector<std::string> names_of_flags(const Json& list, std::size_t run) const {
+    const bool are_names = list.is_array() && std::ranges::all_of(list, &Json::is_string);
+    if (are_names) return list.get<std::vector<std::string>>();
+    throw SceneError(of_file + ": /cases/runs/" + std::to_string(run) + "/flags",
+                     shown(nlohmann::json(list)) + " must be a list of names");
   }
 
   struct Evaluated {
@@ -489,7 +497,7 @@ CaseFile::CaseFile(const std::string& path) {
   Json document = Json::parse(plain_json(path));
   if (!document.contains("cases")) throw SceneError("", "missing key \"cases\"");
   title_ = document.value("title", "");
-  Document made{file.parent_path().string(), {}, document["cases"]};
+  Document made{file.parent_path().string(), {}, document["cases"], path};
   document.erase("cases");
   if (made.cases.contains("scene")) {  // another file's, with what this one says
     const std::filesystem::path base = file.parent_path() / made.cases["scene"];
@@ -514,7 +522,7 @@ std::vector<CaseRun> CaseFile::runs(bool quick) const {
     Json axes = part(entry, "vary");
     if (quick) axes.merge_patch(part(entry, "quick"));
     for (const auto& [key, alternatives] : axes.items()) Document::vary(key, alternatives, made);
-    Document::read_flags(entry, quick, made);
+    document_->read_flags(entry, quick, made);
     for (CaseRun& run : made) {
       Names names = document_->parameters(run.changes);
       run.name = document_->label(entry.value("name", ""), run, names);
