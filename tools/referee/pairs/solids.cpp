@@ -110,23 +110,23 @@ std::string code_of(const Solid& solid, const std::string& name) {
 
 void write_solid(std::ostream& out, const Solid& solid) {
   const Points& points = solid.placed.points;
-  out << points.cols() << ' ' << (solid.topology ? solid.topology->face_count() : 0) << '\n';
+  out << points.cols() << ' ' << (solid.topology ? solid.topology->face_count() : 0) << ' ';
   for (Eigen::Index v = 0; v < points.cols(); ++v)
-    out << hex(points(0, v)) << ' ' << hex(points(1, v)) << ' ' << hex(points(2, v)) << '\n';
+    out << hex(points(0, v)) << ' ' << hex(points(1, v)) << ' ' << hex(points(2, v)) << ' ';
   for (int f = 0; solid.topology && f < solid.topology->face_count(); ++f) {
     out << solid.topology->face(f).size();
     for (int v : solid.topology->face(f)) out << ' ' << v;
-    out << '\n';
+    out << ' ';
   }
   const std::vector<geometry::HostedVertex> no_corners =
       solid.topology ? solid.topology->hosted_vertices() : std::vector<geometry::HostedVertex>{};
-  if (!no_corners.empty()) out << "hosted " << no_corners.size() << '\n';
+  if (!no_corners.empty()) out << "hosted " << no_corners.size() << ' ';
   for (const geometry::HostedVertex& at : no_corners)
-    out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << '\n';
+    out << at.vertex << ' ' << at.corners[0] << ' ' << at.corners[1] << ' ' << at.face << ' ';
   if (!stands_in_own_frame(solid)) {
     out << "placed";
     for (const double x : numbers_of(solid.placed.placement)) out << ' ' << hex(x);
-    out << '\n';
+    out << ' ';
   }
 }
 
@@ -280,9 +280,10 @@ std::string rebuild_code(const SolidPair& pair) {
 
 std::string to_text(const SolidPair& pair) {
   std::ostringstream out;
-  out << pair.family << '\n';
+  out << pair.family << ' ';
   write_solid(out, pair.a);
   write_solid(out, pair.b);
+  out << '\n';
   return out.str();
 }
 

@@ -59,7 +59,8 @@ bool stands_in_own_frame(const Solid& solid);
 /// C++ that makes the pair again, to the last bit.
 std::string rebuild_code(const SolidPair& pair);
 
-/// The pair as text (hexadecimal floats), and back: the format of tests/regressions.
+/// The pair as a line of text (hexadecimal floats), and back: the format of
+/// tests/regressions/pairs.txt.
 std::string to_text(const SolidPair& pair);
 SolidPair from_text(const std::string& text);
 
