@@ -20,6 +20,18 @@ Slots make_slots(const std::vector<int>& unknowns_of_block,
   return slots;
 }
 
+Vector12 SquareBlocks::times(std::size_t i, const Vector12& v, bool transposed) const {
+  const double* column = values_.data() + i * area();
+  Vector12 result = Vector12::Zero();
+  for (int k = 0; k < width_; ++k, column += width_) {
+    if (transposed)
+      for (int row = 0; row < width_; ++row) result[k] += column[row] * v[row];
+    else
+      for (int row = 0; row < width_; ++row) result[row] += column[row] * v[k];
+  }
+  return result;
+}
+
 double force_size(const Vector12& force, double length) {
   return std::max({force.head<3>().norm(), force.segment<3>(3).norm() / length,
                    force.tail<6>().norm() / length});

@@ -76,6 +76,8 @@ class SquareBlocks {
   ConstBlock operator[](std::size_t i) const {
     return {values_.data() + i * area(), width_, width_};
   }
+  /// Block i, or its transpose, by the leading entries of `v`; the others of the result are zero.
+  Vector12 times(std::size_t i, const Vector12& v, bool transposed = false) const;
   /// Of block i, n×n from row and column `first` on.
   template <int n>
   Part<n> part(std::size_t i, int first = 0) {

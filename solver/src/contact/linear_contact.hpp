@@ -49,6 +49,12 @@ struct ContactJacobian {
     if (strain) d += *strain * increment.tail<6>();
     return d;
   }
+  /// |J| |D|: the sum of magnitudes that d is rounded by, m.
+  Vector3 magnitudes(const Vector12& increment) const {
+    Vector3 size = rigid.cwiseAbs() * increment.head<6>().cwiseAbs();
+    if (strain) size += strain->cwiseAbs() * increment.tail<6>().cwiseAbs();
+    return size;
+  }
   /// What a contact force pushes the block with.
   Vector12 push(const Vector3& force) const {
     Vector12 result = Vector12::Zero();

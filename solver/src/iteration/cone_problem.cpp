@@ -1,13 +1,12 @@
 #include "iteration/cone_problem.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "base/index.hpp"
 #include "linear/pair_stiffness.hpp"
+#include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -79,7 +78,7 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   free_ = force;
   threads_.each(blocks, [&](std::size_t s) {
     const bool same = known && std::as_const(inverted_)[s] == base.diagonal[s];
-    slots_->size[s] == 6 ? set_block<6>(s, same, guess[s]) : set_block<12>(s, same, guess[s]);
+    set_block(s, same, guess[s]);
   });
   inverted_ = base.diagonal;
   cones_.assign(contacts.size(), {});
@@ -101,15 +100,12 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
   });
 }
 
-/// `n`: the unknowns of the block. `same`: its K is that of the last problem, as in the next
-/// linearisation.
-template <int n>
+/// `same`: its K is that of the last problem, as in the next linearisation.
 void ConeProblem::set_block(std::size_t s, bool same, const Vector12& guess) {
-  using Square = Eigen::Matrix<double, n, n>;
-  const Square block = base_->diagonal.part<n>(s);
-  if (!same) compliance_[s].topLeftCorner<n, n>() = block.ldlt().solve(Square::Identity());
-  free_[s].head<n>() -= block * guess.head<n>();
-  free_[s] = compliance_[s] * free_[s];
+  const int n = slots_->size[s];
+  if (!same)
+    invert_symmetric(base_->diagonal[s].topLeftCorner(n, n), compliance_[s].topLeftCorner(n, n));
+  free_[s] = compliance_[s] * (free_[s] - base_->diagonal.times(s, guess));
 }
 
 template <int n>
@@ -125,8 +121,8 @@ void ConeProblem::set_contact(std::size_t i) {
     auto own = rows.template middleCols<n>(side * n);
     auto moved = mobility.template middleCols<n>(side * n);
     own = share.asDiagonal() * jacobian.columns<n>();
-    moved.noalias() = own * compliance_[index(slot)].topLeftCorner<n, n>();
-    cone.delassus.noalias() += moved * own.transpose();
+    moved = own.lazyProduct(compliance_[index(slot)].topLeftCorner<n, n>());
+    cone.delassus += moved.lazyProduct(own.transpose());
   }
   const double directions = cone.shear > 0.0 ? 3.0 : 1.0;
   if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
@@ -203,9 +199,7 @@ void ConeProblem::sweep(int passes, std::span<Vector3> x) {
   threads_.each(x.size(), [&](std::size_t i) {
     Cone& cone = cones_[i];
     if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
-    // Not computeDirect(): atan2 and cos of libm have other bits on other processors.
-    const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(cone.delassus, Eigen::EigenvaluesOnly);
-    cone.relaxation = 1.0 / eigen.eigenvalues()[2];
+    cone.relaxation = 1.0 / eigenvalues(cone.delassus)[2];
   });
   const auto visit = [&](std::size_t i) {
     if (admissible_[i].pulls) return;

@@ -81,7 +81,6 @@ class ConeProblem {
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
     double relaxation = 1.0;             ///< 1 / its largest eigenvalue
   };
-  template <int n>
   void set_block(std::size_t s, bool same, const Vector12& guess);
   template <int n>
   void set_contact(std::size_t i);

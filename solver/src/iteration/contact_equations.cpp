@@ -27,67 +27,51 @@ void round_to_zero(Vector3& relative, double rounding) {
     if (std::abs(d) <= rounding) d = 0.0;
 }
 
-/// |J| |D|: the sum of magnitudes that the motion of a contact is rounded by, m.
-template <int n>
-double size_of_motion(int slot, const ContactJacobian& jacobian, const BlockVector& change) {
-  if (slot < 0) return 0.0;
-  return (jacobian.columns<n>().cwiseAbs() * change[index(slot)].head<n>().cwiseAbs()).maxCoeff();
-}
-
 }  // namespace
 
 ContactEquations::ContactEquations(const Slots& slots) : slots_(&slots) {}
 
 void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
                              const BlockVector& guess, double gap_rounding) {
-  at_width(*slots_, [&](auto width) {
-    constexpr int n = width;
-    right_.resize(guess.size());
-    block_floor_.resize(guess.size());
-    all_noise_.assign(guess.size(), 0.0);
-    noise_.clear();
-    for (std::size_t s = 0; s < guess.size(); ++s) {
-      Vector12 inner = Vector12::Zero();
-      inner.head<n>() = blocks.base.diagonal.part<n>(s) * guess[s].head<n>();
-      right_[s] = blocks.force[s] - inner;
-      const double length = slots_->length[s];
-      block_floor_[s] =
-          kTermRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
-    }
-    for (LinearContact& c : contacts) {
-      c.guess = c.offset;
-      double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
-      const auto move = [&](int slot, const ContactJacobian& jacobian) {
-        if (slot < 0) return;
-        const Eigen::Matrix<double, 3, n> part = jacobian.columns<n>();
-        const auto motion = guess[index(slot)].head<n>();
-        c.guess.noalias() += part * motion;
-        size += (part.cwiseAbs() * motion.cwiseAbs()).maxCoeff();
-      };
-      move(c.slot_a, c.jacobian_a);
-      move(c.slot_b, c.jacobian_b);
-      if (size == 0.0) round_to_zero(c.guess, gap_rounding);
-      noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
-      if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
-      if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
-    }
-  });
+  right_.resize(guess.size());
+  block_floor_.resize(guess.size());
+  all_noise_.assign(guess.size(), 0.0);
+  noise_.clear();
+  for (std::size_t s = 0; s < guess.size(); ++s) {
+    const Vector12 inner = blocks.base.diagonal.times(s, guess[s]);
+    right_[s] = blocks.force[s] - inner;
+    const double length = slots_->length[s];
+    block_floor_[s] =
+        kTermRounding * (force_size(blocks.force[s], length) + force_size(inner, length));
+  }
+  for (LinearContact& c : contacts) {
+    c.guess = c.offset;
+    double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
+    const auto move = [&](int slot, const ContactJacobian& jacobian) {
+      if (slot < 0) return;
+      c.guess += jacobian * guess[index(slot)];
+      size += jacobian.magnitudes(guess[index(slot)]).maxCoeff();
+    };
+    move(c.slot_a, c.jacobian_a);
+    move(c.slot_b, c.jacobian_b);
+    if (size == 0.0) round_to_zero(c.guess, gap_rounding);
+    noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
+    if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
+    if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
+  }
 }
 
 void ContactEquations::evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
                                 const BlockVector& change, Law law, double softness) {
-  at_width(*slots_, [&](auto width) {
-    constexpr int n = width;
-    residual_.resize(change.size());
-    scale_.resize(change.size());
-    floor_.assign(change.size(), 0.0);
-    threads_.each(contacts.size(),
-                  [&](std::size_t i) { evaluate_contact<n>(change, law, softness, contacts[i]); });
-    threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
-      evaluate_blocks<n>(base, change, first, end);
-      push_blocks<n>(contacts, first, end);
-      for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
-    });
+  residual_.resize(change.size());
+  scale_.resize(change.size());
+  floor_.assign(change.size(), 0.0);
+  threads_.each(contacts.size(),
+                [&](std::size_t i) { evaluate_contact(change, law, softness, contacts[i]); });
+  threads_.ranges(change.size(), [&](std::size_t first, std::size_t end) {
+    evaluate_blocks(base, change, first, end);
+    push_blocks(contacts, first, end);
+    for (std::size_t s = first; s < end; ++s) floor_[s] += floor_beside(s);
   });
 }
 
@@ -98,15 +82,13 @@ double ContactEquations::floor_beside(std::size_t slot) const {
   return block_floor_[slot] + std::min(open, kMost * block_floor_[slot]);
 }
 
-template <int n>
 void ContactEquations::evaluate_contact(const BlockVector& change, Law law, double softness,
                                         LinearContact& c) const {
   c.relative = c.guess;
   const auto move = [&](int slot, const ContactJacobian& jacobian) {
     if (slot < 0) return;
     c.relative.noalias() += jacobian.rigid * change[index(slot)].head<6>();
-    if (n == 12 && jacobian.strain)
-      c.relative.noalias() += *jacobian.strain * change[index(slot)].tail<6>();
+    if (jacobian.strain) c.relative.noalias() += *jacobian.strain * change[index(slot)].tail<6>();
   };
   move(c.slot_a, c.jacobian_a);
   move(c.slot_b, c.jacobian_b);
@@ -115,12 +97,10 @@ void ContactEquations::evaluate_contact(const BlockVector& change, Law law, doub
 }
 
 /// Of slots from `first` on, up to `end`.
-template <int n>
 void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVector& change,
                                        std::size_t first, std::size_t end) {
   for (std::size_t s = first; s < end; ++s) {
-    Vector12 inner = Vector12::Zero();
-    inner.head<n>() = base.diagonal.part<n>(s) * change[s].head<n>();
+    const Vector12 inner = base.diagonal.times(s, change[s]);
     residual_[s] = right_[s] - inner;
     const double length = slots_->length[s];
     scale_[s] = force_size(right_[s], length) + force_size(inner, length);
@@ -129,7 +109,6 @@ void ContactEquations::evaluate_blocks(const BlockSystem& base, const BlockVecto
 
 /// What the contacts push those slots with. Every range goes through all contacts, so that a slot
 /// sums them in their order.
-template <int n>
 void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std::size_t first,
                                    std::size_t end) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -139,8 +118,7 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std:
       if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
       Vector12& residual = residual_[index(slot)];
       residual.head<6>().noalias() += jacobian.rigid.transpose() * c.force;
-      if (n == 12 && jacobian.strain)
-        residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
+      if (jacobian.strain) residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
       scale_[index(slot)] += c.force.norm();
       floor_[index(slot)] += noise_[i];
     };
@@ -154,29 +132,32 @@ double ContactEquations::residual_beyond_rounding(const BlockSystem& base,
                                                   const BlockVector& change,
                                                   double softness) const {
   std::vector<double> floor = floor_;
-  slots_->rigid() ? add_rounding<6>(base, contacts, change, softness, floor)
-                  : add_rounding<12>(base, contacts, change, softness, floor);
+  add_rounding(base, contacts, change, softness, floor);
   return worst_residual(floor);
 }
 
 /// Adds kTermRounding |K| |D|, row by row, closed contacts' stiffness included: what a residual is
 /// computed to, and so where Newton's steps end, as refinement does [Skeel 1980].
-template <int n>
 void ContactEquations::add_rounding(const BlockSystem& base,
                                     std::span<const LinearContact> contacts,
                                     const BlockVector& change, double softness,
                                     std::vector<double>& floor) const {
   for (std::size_t s = 0; s < change.size(); ++s) {
     Vector12 inner = Vector12::Zero();
-    inner.head<n>() = base.diagonal.part<n>(s).cwiseAbs() * change[s].head<n>().cwiseAbs();
+    const SquareBlocks::ConstBlock block = base.diagonal[s];
+    for (Eigen::Index column = 0; column < block.cols(); ++column)
+      for (Eigen::Index row = 0; row < block.rows(); ++row)
+        inner[row] += std::abs(block(row, column) * change[s][column]);
     floor[s] += kTermRounding * force_size(inner, slots_->length[s]);
   }
   for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
     const double stiffness = softness * std::max(c.normal_stiffness, c.shear_stiffness);
-    const double noise = kTermRounding * stiffness *
-                         (size_of_motion<n>(c.slot_a, c.jacobian_a, change) +
-                          size_of_motion<n>(c.slot_b, c.jacobian_b, change));
+    const auto size = [&](int slot, const ContactJacobian& jacobian) {
+      return slot < 0 ? 0.0 : jacobian.magnitudes(change[index(slot)]).maxCoeff();
+    };
+    const double noise =
+        kTermRounding * stiffness * (size(c.slot_a, c.jacobian_a) + size(c.slot_b, c.jacobian_b));
     if (c.slot_a >= 0) floor[index(c.slot_a)] += noise;
     if (c.slot_b >= 0) floor[index(c.slot_b)] += noise;
   }

@@ -56,15 +56,11 @@ class ContactEquations {
  private:
   /// Of a block's residual what is above `floor`, N.
   double unbalanced(std::size_t slot, double floor) const;
-  template <int n>
   void evaluate_contact(const BlockVector& change, Law law, double softness,
                         LinearContact& c) const;
-  template <int n>
   void evaluate_blocks(const BlockSystem& base, const BlockVector& change, std::size_t first,
                        std::size_t end);
-  template <int n>
   void push_blocks(std::span<const LinearContact> contacts, std::size_t first, std::size_t end);
-  template <int n>
   void add_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
                     const BlockVector& change, double softness, std::vector<double>& floor) const;
   double floor_beside(std::size_t slot) const;

@@ -1,11 +1,13 @@
 #include "iteration/contact_problem.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/index.hpp"
 #include "base/messages.hpp"
 #include "iteration/cone.hpp"
 #include "iteration/moving_contacts.hpp"
+#include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -27,12 +29,14 @@ void check(const ContactProblem::Block& block, const std::string& place) {
           "length " + text_of(block.length) + " must be finite and greater than 0");
   require(block.matrix.allFinite() && block.force.allFinite() && block.guess.allFinite(), place,
           "its matrix, force or guess is not finite");
-  require(block.matrix.llt().info() == Eigen::Success, place,
+  Matrix12 inverse;
+  const ContactProblem::Matrix& m = block.matrix;
+  require(invert_symmetric(m, inverse.topLeftCorner(n, n)), place,
           "its matrix must be positive definite");
-  const Eigen::VectorXd size = block.matrix.diagonal().cwiseSqrt();
-  const ContactProblem::Matrix apart = (block.matrix - block.matrix.transpose()).cwiseAbs();
-  require((apart.array() <= kSymmetric * (size * size.transpose()).array()).all(), place,
-          "its matrix must be symmetric");
+  for (Eigen::Index i = 0; i < n; ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      require(std::abs(m(i, j) - m(j, i)) <= kSymmetric * std::sqrt(m(i, i) * m(j, j)), place,
+              "its matrix must be symmetric");
 }
 
 void check(const ContactProblem& problem, const ContactProblem::Contact& contact,
@@ -117,7 +121,7 @@ Compiled compile(const ContactProblem& problem) {
     const ContactProblem::Matrix& matrix = problem.blocks[s].matrix;
     const Eigen::Index n = matrix.rows();
     result.base.diagonal[s].topLeftCorner(n, n) = matrix;
-    compliance[s].topLeftCorner(n, n) = matrix.inverse();
+    invert_symmetric(matrix, compliance[s].topLeftCorner(n, n));
   }
   for (const ContactProblem::Contact& contact : problem.contacts)
     result.contacts.push_back(compiled_contact(contact, compliance));

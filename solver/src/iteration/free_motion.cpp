@@ -14,19 +14,6 @@ namespace {
 constexpr double kMotionRounding = 16.0 * std::numeric_limits<double>::epsilon();
 constexpr double kAsGood = 1e-12;  // of the motion: what a guess may be off by
 
-Vector12 free_increment(const FreeMotion& free, const BlockVector& force, std::size_t slot) {
-  Vector12 increment = Vector12::Zero();
-  const int n = free.compliance.width();
-  increment.head(n) = free.compliance[slot] * force[slot].head(n);
-  return increment;
-}
-
-Vector3 magnitudes(const ContactJacobian& jacobian, const Vector12& increment) {
-  Vector3 size = jacobian.rigid.cwiseAbs() * increment.head<6>().cwiseAbs();
-  if (jacobian.strain) size += jacobian.strain->cwiseAbs() * increment.tail<6>().cwiseAbs();
-  return size;
-}
-
 /// Of a contact in free motion, m.
 struct FreeContact {
   Vector3 end;                         ///< d
@@ -38,12 +25,12 @@ FreeContact free_contact(const FreeMotion& free, const BlockVector& force, const
   FreeContact moved{.end = c.offset};
   const auto add = [&](int slot, const ContactJacobian& jacobian) {
     if (slot < 0) return;
-    const Vector12 increment = free_increment(free, force, index(slot));
+    const Vector12 increment = free.compliance.times(index(slot), force[index(slot)]);
     const Vector12& coasting = free.coasting[index(slot)];
     moved.end += jacobian * increment;
     moved.by_loads += jacobian * (increment - coasting);
     moved.rounding +=
-        kMotionRounding * (magnitudes(jacobian, increment) + magnitudes(jacobian, coasting));
+        kMotionRounding * (jacobian.magnitudes(increment) + jacobian.magnitudes(coasting));
   };
   add(c.slot_a, c.jacobian_a);
   add(c.slot_b, c.jacobian_b);
@@ -80,7 +67,7 @@ double coast(const FreeMotion& free, const Slots& slots, const BlockVector& forc
              BlockVector& increment) {
   double largest = 0.0;
   for (std::size_t s = 0; s < increment.size(); ++s) {
-    const Vector12 next = free_increment(free, force, s);
+    const Vector12 next = free.compliance.times(s, force[s]);
     const double change = motion_of(next - increment[s], slots.length[s]);
     const double size = motion_of(next, slots.length[s]);
     if (std::isfinite(size) && change <= kAsGood * size) continue;
@@ -92,7 +79,8 @@ double coast(const FreeMotion& free, const Slots& slots, const BlockVector& forc
 
 void move_freely(const FreeMotion& free, const BlockVector& force,
                  std::span<LinearContact> contacts, BlockVector& increment) {
-  for (std::size_t s = 0; s < increment.size(); ++s) increment[s] = free_increment(free, force, s);
+  for (std::size_t s = 0; s < increment.size(); ++s)
+    increment[s] = free.compliance.times(s, force[s]);
   for (LinearContact& c : contacts) {
     c.relative = free_contact(free, force, c).end;
     c.force.setZero();

@@ -1,4 +1,3 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cerrno>
@@ -15,6 +14,7 @@
 #include "block/displacement.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/joint_law.hpp"
+#include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -233,8 +233,7 @@ Vector3 principal(const Vector6& stress) {
   Matrix3 matrix;
   matrix << stress[0], stress[3], stress[5], stress[3], stress[1], stress[4], stress[5], stress[4],
       stress[2];
-  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(matrix, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues().reverse();
+  return eigenvalues(matrix).reverse();
 }
 
 constexpr int kHiddenCell = 32;  // vtkDataSetAttributes::HIDDENCELL

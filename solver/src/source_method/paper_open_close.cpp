@@ -163,16 +163,12 @@ PaperOpenClose::Change PaperOpenClose::change_of_right() const {
 void PaperOpenClose::solve_refined(BlockVector& increment) {
   solver_.solve(right_, increment);
   rest_ = right_;
-  for (std::size_t s = 0; s < rest_.size(); ++s) {
-    const int n = slots_->size[s];
-    rest_[s].head(n) -= system_.diagonal[s].topLeftCorner(n, n) * increment[s].head(n);
-  }
+  for (std::size_t s = 0; s < rest_.size(); ++s)
+    rest_[s] -= system_.diagonal.times(s, increment[s]);
   for (std::size_t k = 0; k < system_.pairs.size(); ++k) {
     const std::size_t i = index(system_.pairs[k].first), j = index(system_.pairs[k].second);
-    const int n = slots_->size[i], m = slots_->size[j];
-    const auto block = system_.off_diagonal[k].topLeftCorner(n, m);
-    rest_[i].head(n) -= block * increment[j].head(m);
-    rest_[j].head(m) -= block.transpose() * increment[i].head(n);
+    rest_[i] -= system_.off_diagonal.times(k, increment[j]);
+    rest_[j] -= system_.off_diagonal.times(k, increment[i], true);
   }
   correction_.resize(rest_.size());
   solver_.solve(rest_, correction_);

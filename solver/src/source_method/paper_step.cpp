@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/index.hpp"
+#include "linear/small_matrices.hpp"
 #include "step/energy_ledger.hpp"
 
 namespace quoin::solver {
@@ -47,7 +48,8 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   for (const int b : compiled.slots.block_of_slot) {
     const BlockModel& model = compiled.models[index(b)];
     const BlockState& now = step.state(b);
-    base.diagonal[force.size()] = block_matrix(model, scheme).topLeftCorner(n, n);
+    const Matrix12 matrix = block_matrix(model, scheme);
+    base.diagonal[force.size()] = matrix.topLeftCorner(n, n);
     force.push_back(step.dynamic() ? block_force(model, now, scheme, Vector12::Zero())
                                    : static_block_force(model, now));
     force.back().head<3>() += model.mass * compiled.scene.gravity.at(time);
@@ -60,7 +62,8 @@ void assemble_blocks(const StepSetting& step, double penalty, BlockSystem& base,
   for (const HeldPoint& held : compiled.held) {
     const Matrix3x12 t = step.point_motion(held.block, held.arm);
     const Vector3 off = step.moved(held) - held.displacement.at(step.end_time());
-    base.diagonal[slot(held.block)] += (penalty * t.transpose() * t).topLeftCorner(n, n);
+    const Matrix12 spring = penalty * t.transpose() * t;
+    base.diagonal[slot(held.block)] += spring.topLeftCorner(n, n);
     force[slot(held.block)] -= penalty * t.transpose() * off;
   }
 }
@@ -267,9 +270,11 @@ double stiffest_omega_dt(const BlockSystem& base, std::span<const PaperContact> 
     for (const auto& [slot, motion] :
          {std::pair{c.slot_i, &c.normal.motion_i}, std::pair{c.slot_j, &c.normal.motion_j}}) {
       if (slot < 0) continue;
-      const Eigen::VectorXd row =
-          (motion->transpose() * c.normal.normal).head(base.diagonal.width());
-      compliance += row.dot(base.diagonal[index(slot)].ldlt().solve(row));
+      const Vector12 row = motion->transpose() * c.normal.normal;
+      const int n = base.diagonal.width();
+      Matrix12 inverse = Matrix12::Zero();
+      invert_symmetric(base.diagonal[index(slot)], inverse.topLeftCorner(n, n));
+      compliance += row.dot(inverse * row);
     }
     largest = std::max(largest, std::sqrt(2.0 * stiffness * compliance));
   }

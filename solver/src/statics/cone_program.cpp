@@ -96,7 +96,7 @@ constexpr double kNoMechanism = 1e-6;   // kappa by tau, and residuals, where fo
 constexpr double kRefined = 1e-2;       // of a right-hand side: directions that are worse end it
 constexpr double kToRim = 0.99;         // of the longest step
 constexpr double kExact = 1e-13;        // likewise: no better is sought
-constexpr double kStalled = 0.5;        // of an error by another refinement: none is gained
+constexpr double kRefinedEnough = 0.5;  // of an error by another refinement: none is gained
 constexpr int kRefinements = 3;
 
 /// One cone of K: three rows (second order) or one (not negative).
@@ -120,9 +120,9 @@ struct Triple {
   }
 };
 
-class InteriorPoint {
+class SelfDualMethod {
  public:
-  explicit InteriorPoint(const ConeProgram& program);
+  explicit SelfDualMethod(const ConeProgram& program);
   ConeSolution solve(int most);
 
  private:
@@ -182,7 +182,7 @@ class InteriorPoint {
   int factorizations_ = 0;
 };
 
-InteriorPoint::InteriorPoint(const ConeProgram& program) : program_(program), matrix_(program) {
+SelfDualMethod::SelfDualMethod(const ConeProgram& program) : program_(program), matrix_(program) {
   add_cones();
   b_ = -program.load;
   x_ = c_ = VectorXd::Zero(lambda() + (with_factor() ? 1 : 0));
@@ -202,7 +202,7 @@ InteriorPoint::InteriorPoint(const ConeProgram& program) : program_(program), ma
   inverse_.resize(program.contacts.size());
 }
 
-void InteriorPoint::add_cones() {
+void SelfDualMethod::add_cones() {
   int row = 0;
   round_of_.assign(program_.contacts.size(), -1);
   row_of_ = round_of_;
@@ -230,13 +230,13 @@ void InteriorPoint::add_cones() {
   e_ = Eigen::Map<VectorXd>(units.data(), row);
 }
 
-VectorXd InteriorPoint::loads(const VectorXd& x) const {
+VectorXd SelfDualMethod::loads(const VectorXd& x) const {
   VectorXd sum = matrix_.loads(x);
   if (with_factor()) sum += x[lambda()] * program_.live;
   return sum;
 }
 
-VectorXd InteriorPoint::motions(const VectorXd& y) const {
+VectorXd SelfDualMethod::motions(const VectorXd& y) const {
   VectorXd result = matrix_.motions(y);
   if (!with_factor()) return result;
   result.conservativeResize(x_.size());
@@ -244,7 +244,7 @@ VectorXd InteriorPoint::motions(const VectorXd& y) const {
   return result;
 }
 
-VectorXd InteriorPoint::rows(const VectorXd& x) const {
+VectorXd SelfDualMethod::rows(const VectorXd& x) const {
   VectorXd result(h_.size());
   for (const Cone& cone : cones_) {
     if (cone.contact < 0) {
@@ -260,7 +260,7 @@ VectorXd InteriorPoint::rows(const VectorXd& x) const {
   return result;
 }
 
-VectorXd InteriorPoint::columns(const VectorXd& z) const {
+VectorXd SelfDualMethod::columns(const VectorXd& z) const {
   VectorXd result = VectorXd::Zero(x_.size());
   for (const Cone& cone : cones_) {
     if (cone.contact < 0) {
@@ -276,7 +276,7 @@ VectorXd InteriorPoint::columns(const VectorXd& z) const {
   return result;
 }
 
-VectorXd InteriorPoint::apply(const VectorXd& v, double sign) const {
+VectorXd SelfDualMethod::apply(const VectorXd& v, double sign) const {
   VectorXd result(v.size());
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
@@ -288,7 +288,7 @@ VectorXd InteriorPoint::apply(const VectorXd& v, double sign) const {
   return result;
 }
 
-VectorXd InteriorPoint::apply_twice(const VectorXd& v, double sign) const {
+VectorXd SelfDualMethod::apply_twice(const VectorXd& v, double sign) const {
   VectorXd result(v.size());
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
@@ -302,7 +302,7 @@ VectorXd InteriorPoint::apply_twice(const VectorXd& v, double sign) const {
   return result;
 }
 
-VectorXd InteriorPoint::divided(const VectorXd& l, const VectorXd& r) const {
+VectorXd SelfDualMethod::divided(const VectorXd& l, const VectorXd& r) const {
   VectorXd result(l.size());
   for (const Cone& cone : cones_) {
     const int row = cone.row;
@@ -314,7 +314,7 @@ VectorXd InteriorPoint::divided(const VectorXd& l, const VectorXd& r) const {
   return result;
 }
 
-VectorXd InteriorPoint::multiplied(const VectorXd& u, const VectorXd& v) const {
+VectorXd SelfDualMethod::multiplied(const VectorXd& u, const VectorXd& v) const {
   VectorXd result(u.size());
   for (const Cone& cone : cones_) {
     const int row = cone.row;
@@ -326,7 +326,7 @@ VectorXd InteriorPoint::multiplied(const VectorXd& u, const VectorXd& v) const {
   return result;
 }
 
-double InteriorPoint::longest_step(const VectorXd& v, const VectorXd& d) const {
+double SelfDualMethod::longest_step(const VectorXd& v, const VectorXd& d) const {
   double alpha = kInfinite;
   for (const Cone& cone : cones_) {
     const int row = cone.row;
@@ -336,7 +336,7 @@ double InteriorPoint::longest_step(const VectorXd& v, const VectorXd& d) const {
   return alpha;
 }
 
-void InteriorPoint::set_scalings() {
+void SelfDualMethod::set_scalings() {
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
     if (cones_[k].round)
@@ -349,7 +349,7 @@ void InteriorPoint::set_scalings() {
 
 /// D⁻¹ = (delta + G'W⁻²G)⁻¹ of a contact. With U = G⁻¹W it is U (I + U'M U)⁻¹ U', which loses no
 /// digits where the force is at the rim, unless its cut-off weighs more there.
-Matrix3 InteriorPoint::inverse(std::size_t contact) const {
+Matrix3 SelfDualMethod::inverse(std::size_t contact) const {
   const ConeContact& c = program_.contacts[contact];
   Matrix3 rest = (c.held ? kHeldProximal : kProximal) * Matrix3::Identity();
   if (const int k = row_of_[contact]; k >= 0)
@@ -374,7 +374,7 @@ Matrix3 InteriorPoint::inverse(std::size_t contact) const {
   return rest.inverse();
 }
 
-bool InteriorPoint::factorize() {
+bool SelfDualMethod::factorize() {
   for (std::size_t i = 0; i < inverse_.size(); ++i) inverse_[i] = inverse(i);
   ++factorizations_;
   if (!matrix_.factorize(inverse_, kProximal)) return false;
@@ -388,13 +388,13 @@ bool InteriorPoint::factorize() {
   return border_.allFinite();
 }
 
-VectorXd InteriorPoint::solve_balance(const VectorXd& right) {
+VectorXd SelfDualMethod::solve_balance(const VectorXd& right) {
   VectorXd result = matrix_.solve(right);
   if (inverse_factor_ > 0.0) result -= inverse_factor_ * program_.live.dot(result) * border_;
   return result;
 }
 
-VectorXd InteriorPoint::forward(const VectorXd& q) const {
+VectorXd SelfDualMethod::forward(const VectorXd& q) const {
   VectorXd result(q.size());
   for (std::size_t i = 0; i < inverse_.size(); ++i) {
     const auto at = 3 * static_cast<Eigen::Index>(i);
@@ -409,7 +409,7 @@ VectorXd InteriorPoint::forward(const VectorXd& q) const {
 }
 
 /// Solves [delta A' G'; A -delta 0; G 0 -W²] d = right.
-Triple InteriorPoint::direct(const Triple& right) {
+Triple SelfDualMethod::direct(const Triple& right) {
   const auto unweighted = [&](const VectorXd& v) { return apply_twice(v, -1.0); };
   const VectorXd q = right.x + columns(unweighted(right.z));
   Triple d;
@@ -428,12 +428,12 @@ Triple InteriorPoint::direct(const Triple& right) {
   return d;
 }
 
-Triple InteriorPoint::leftover(const Triple& right, const Triple& d) const {
+Triple SelfDualMethod::leftover(const Triple& right, const Triple& d) const {
   return {right.x - proximal_.cwiseProduct(d.x) - motions(d.y) - columns(d.z),
           right.y - loads(d.x) + kProximal * d.y, right.z - rows(d.x) + apply_twice(d.z, 1.0)};
 }
 
-bool InteriorPoint::refined(const Triple& right, Triple& d) {
+bool SelfDualMethod::refined(const Triple& right, Triple& d) {
   d = direct(right);
   const double size = right.size();
   Triple left = leftover(right, d);
@@ -446,17 +446,17 @@ bool InteriorPoint::refined(const Triple& right, Triple& d) {
     if (!(left.size() < before)) break;
     error = left.size();
     d = std::move(better);
-    if (error > kStalled * before) break;
+    if (error > kRefinedEnough * before) break;
   }
   return error <= kRefined * size;
 }
 
-InteriorPoint::Residuals InteriorPoint::residuals() const {
+SelfDualMethod::Residuals SelfDualMethod::residuals() const {
   return {motions(y_) + columns(z_) + tau_ * c_, loads(x_) - tau_ * b_, rows(x_) + s_ - tau_ * h_,
           kappa_ + c_.dot(x_) + b_.dot(y_) + h_.dot(z_)};
 }
 
-InteriorPoint::End InteriorPoint::judge(const Residuals& r) {
+SelfDualMethod::End SelfDualMethod::judge(const Residuals& r) {
   const double power = -b_.dot(y_) - h_.dot(z_);
   const VectorXd lacks = r.x - tau_ * c_;
   const double wrong =
@@ -483,8 +483,8 @@ InteriorPoint::End InteriorPoint::judge(const Residuals& r) {
   return best_ < kSolved || seems ? End::Solved : End::Going;
 }
 
-InteriorPoint::Step InteriorPoint::step(const Residuals& r, const Triple& d2, double sigma,
-                                        const VectorXd& centre, double centre_tau) {
+SelfDualMethod::Step SelfDualMethod::step(const Residuals& r, const Triple& d2, double sigma,
+                                          const VectorXd& centre, double centre_tau) {
   const double left = 1.0 - sigma;
   Step step;
   const Triple right{-left * r.x, -left * r.y, -left * r.z - apply(divided(l_, centre), 1.0)};
@@ -498,12 +498,12 @@ InteriorPoint::Step InteriorPoint::step(const Residuals& r, const Triple& d2, do
   return step;
 }
 
-double InteriorPoint::length(const Step& step) const {
+double SelfDualMethod::length(const Step& step) const {
   return std::min({longest_step(s_, step.s), longest_step(z_, step.d.z), longest(tau_, step.tau),
                    longest(kappa_, step.kappa)});
 }
 
-bool InteriorPoint::iterate(const Residuals& r) {
+bool SelfDualMethod::iterate(const Residuals& r) {
   set_scalings();
   if (!factorize()) return false;
   Triple d2;
@@ -528,7 +528,7 @@ bool InteriorPoint::iterate(const Residuals& r) {
   return true;
 }
 
-bool InteriorPoint::inside(const VectorXd& x) const {
+bool SelfDualMethod::inside(const VectorXd& x) const {
   const VectorXd s = h_ - rows(x);
   return std::ranges::all_of(cones_, [&](const Cone& cone) {
     return s[cone.row] >= (cone.round ? s.segment<2>(cone.row + 1).norm() : 0.0);
@@ -536,7 +536,7 @@ bool InteriorPoint::inside(const VectorXd& x) const {
 }
 
 /// Takes what is left of the balance off the forces, by the last factors.
-void InteriorPoint::polish() {
+void SelfDualMethod::polish() {
   inverse_factor_ = 0.0;  // lambda stays
   for (int i = 0; i < kRefinements; ++i) {
     VectorXd change = forward(motions(solve_balance(loads(best_x_) - b_)));
@@ -547,7 +547,7 @@ void InteriorPoint::polish() {
   }
 }
 
-ConeSolution InteriorPoint::solve(int most) {
+ConeSolution SelfDualMethod::solve(int most) {
   End end = End::Going;
   for (int i = 0; i <= most; ++i) {
     const Residuals r = residuals();
@@ -565,7 +565,7 @@ ConeSolution InteriorPoint::solve(int most) {
 }  // namespace
 
 ConeSolution solve(const ConeProgram& program, int most_iterations) {
-  return InteriorPoint(program).solve(most_iterations);
+  return SelfDualMethod(program).solve(most_iterations);
 }
 
 namespace {

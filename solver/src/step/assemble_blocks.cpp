@@ -3,16 +3,15 @@
 #include <Eigen/LU>
 
 #include "base/index.hpp"
+#include "linear/small_matrices.hpp"
 #include "step/predict.hpp"
 
 namespace quoin::solver {
 namespace {
 
-Matrix12 rigid_inverse(const Matrix12& matrix) {
-  Matrix12 inverse = Matrix12::Zero();
+void set_rigid_inverse(const Matrix12& matrix, Matrix12& inverse) {
   inverse.diagonal().head<3>() = matrix.diagonal().head<3>().cwiseInverse();
   inverse.block<3, 3>(3, 3) = matrix.block<3, 3>(3, 3).inverse();
-  return inverse;
 }
 
 bool same(const StepScheme& x, const StepScheme& y) {
@@ -36,8 +35,11 @@ void set_matrices(const SubStep& step, const StepPoses& poses, BlockTerms& terms
     if (same(scheme, terms.scheme[s])) continue;
     terms.scheme[s] = scheme;
     const Matrix12 matrix = block_matrix(step.compiled.models[b], scheme);
-    const Matrix12 inverse =
-        deforms ? matrix.ldlt().solve(Matrix12::Identity()).eval() : rigid_inverse(matrix);
+    Matrix12 inverse = Matrix12::Zero();
+    if (deforms)
+      invert_symmetric(matrix, inverse);
+    else
+      set_rigid_inverse(matrix, inverse);
     terms.base.diagonal[s] = matrix.topLeftCorner(width, width);
     terms.compliance[s] = inverse.topLeftCorner(width, width);
   }

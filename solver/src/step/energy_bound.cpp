@@ -5,6 +5,7 @@
 #include <ranges>
 
 #include "base/index.hpp"
+#include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -138,7 +139,9 @@ void set_common_motion(const SubStep& step, std::span<const int> groups,
     common[s].head<3>() = of(s).velocity();
     if (grounded[index(groups[s])]) continue;
     const BlockState& block = end[index(blocks[s])];
-    const Vector3 spin = of(s).inertia.ldlt().solve(of(s).angular);
+    Matrix3 inverse;
+    invert_symmetric(of(s).inertia, inverse);
+    const Vector3 spin = inverse * of(s).angular;
     common[s].head<3>() += spin.cross(block.centroid - of(s).centroid());
     common[s].segment<3>(3) = block.rotation.conjugate() * spin;
   }

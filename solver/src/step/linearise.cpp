@@ -374,11 +374,8 @@ void set_free_increment(const SubStep& step, const StepPoses& poses,
   terms.free_increment = terms.force;
   for (const BodyContact& contact : contacts)
     add_last_force(step, poses, contact, terms.free_increment);
-  for (std::size_t s = 0; s < terms.force.size(); ++s) {
-    Vector12& increment = terms.free_increment[s];
-    const int n = terms.compliance.width();
-    increment.head(n) = (terms.compliance[s] * increment.head(n)).eval();
-  }
+  for (std::size_t s = 0; s < terms.force.size(); ++s)
+    terms.free_increment[s] = terms.compliance.times(s, terms.free_increment[s]);
 }
 
 void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& poses,

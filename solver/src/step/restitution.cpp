@@ -50,8 +50,8 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
   for (std::size_t s = 0; s < slots; ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]);
     const BlockModel& model = step.compiled.models[b];
-    Vector12 free = Vector12::Zero();  // velocity times dt, without impulses
-    free.head(compliance.width()) = compliance[s] * problem.force[s].head(compliance.width());
+    // Velocity times dt, without impulses.
+    const Vector12 free = compliance.times(s, problem.force[s]);
     const BlockState moving = with_velocity(end[b], free / step.length);
     free_[index(groups_[s])] += kinetic_energy(model, moving) + strain_energy(model, moving);
   }
