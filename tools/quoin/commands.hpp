@@ -3,42 +3,18 @@
 /// function.
 
 #include <CLI/CLI.hpp>
-#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "ending.hpp"
 #include "path_to_write.hpp"
 
 namespace quoin::commands {
 
-/// Exit codes of every command.
-enum ExitCode : int {
-  kDone = 0,
-  kFailed = 1,   ///< a file that can't be read or written, a run that failed or was ended early
-  kBadInput = 2  ///< the input says something that can't be worked with
-};
-
-/// One line on standard error, behind "quoin: " unless `subject` names a file: without characters
-/// that a terminal obeys, and cut where it is too long to be read.
-void complain(const std::string& message, const std::string& subject = "quoin");
-
 /// JSON over many lines; bytes that are no UTF-8 are replaced.
 std::string text(const nlohmann::ordered_json& document);
-
-/// How a command ended: by an exception where there is a message, for complain().
-struct Ending {
-  int exit_code = kDone;
-  std::string message{}, subject = "quoin";
-};
-
-/// What `command` returns; an exception becomes a message and an exit code. `scene`: the file it
-/// reads.
-Ending ending_of(const std::function<int()>& command, const std::string& scene);
-
-/// The same; the message is said.
-int run_guarded(const std::function<int()>& command, const std::string& scene);
 
 /// The scene file and `--set`, which changes it before it is read.
 void add_scene_options(CLI::App& command, std::string& scene, std::vector<std::string>& changes);
@@ -81,7 +57,6 @@ void add_limit_command(CLI::App& app, int& exit_code);
 void add_make_command(CLI::App& app, int& exit_code);
 void add_picture_commands(CLI::App& app);  ///< plot, picture, view: exit codes are those of Python
 void add_raster_command(CLI::App& app, int& exit_code);
-void add_referee_command(CLI::App& app, int& exit_code);
 void add_run_command(CLI::App& app, int& exit_code);
 void add_stability_command(CLI::App& app, int& exit_code);
 void add_study_command(CLI::App& app, int& exit_code);

@@ -1,5 +1,7 @@
 /// The one process of `quoin`, which leaves a run on several to `quoin-mpi`.
 
+#include <stdexcept>
+
 #include "processes.hpp"
 
 namespace quoin::commands {

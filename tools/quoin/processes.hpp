@@ -2,15 +2,15 @@
 /// The processes of a run: this one, or all of an mpirun.
 
 #include <memory>
-#include <quoin/solver/simulation.hpp>
 #include <string>
 #include <vector>
 
-#include "commands.hpp"
+#include "ending.hpp"
 
 namespace quoin::solver {
+class DistributedSolver;
 class Ranks;
-}
+}  // namespace quoin::solver
 
 namespace quoin::commands {
 

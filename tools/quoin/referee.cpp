@@ -1,4 +1,5 @@
-/// `quoin referee`: the same pairs to several contact libraries, each answer judged exactly.
+/// The program quoin-referee, as which `quoin referee` runs: the same pairs to several contact
+/// libraries, each answer judged exactly.
 
 #include "referee/referee.hpp"
 
@@ -14,6 +15,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "in_range.hpp"
 #include "output_folder.hpp"
@@ -308,8 +310,6 @@ int asked(const Words& words) {
   return words.write_pairs.empty() ? judge(words) : write_pairs(words);
 }
 
-}  // namespace
-
 void add_referee_command(CLI::App& app, int& exit_code) {
   const auto [command, words] = add_command<Words>(
       app, exit_code, asked, "referee",
@@ -348,4 +348,9 @@ void add_referee_command(CLI::App& app, int& exit_code) {
            "those that are long to write");
 }
 
+}  // namespace
 }  // namespace quoin::commands
+
+int main(int argc, char** argv) {
+  return quoin::commands::run_command_line(argc, argv, quoin::commands::add_referee_command);
+}
