@@ -4,6 +4,8 @@
 What is newer than the command, the scene and this program is not made again.
 """
 import argparse
+import concurrent.futures
+import functools
 import json
 import math
 import pathlib
@@ -222,13 +224,20 @@ def pictures(out, runs):
         newest = [folder / "summary.json" for folder, _ in shown]
         if newest and not is_newer(out / name, *newest, HERE / "plot.py", HERE / "examples.py"):
             make()
-    for run_name, times, direction, fit in renders():
-        name = f"blocks_{run_name}.png"
-        source = out / "runs" / run_name / "summary.json"
-        if source.exists() and not is_newer(out / name, source, HERE / "picture.py",
-                                            HERE / "examples.py"):
-            picture.render(out / "runs" / run_name, out / name, times, direction, fit)
-            print(f"   {name}", flush=True)
+    with concurrent.futures.ProcessPoolExecutor() as pool:
+        for name in pool.map(functools.partial(draw, out), renders()):
+            if name:
+                print(f"   {name}", flush=True)
+
+
+def draw(out, render):
+    """The name of the picture, where it is made."""
+    run_name, times, direction, fit = render
+    name, source = f"blocks_{run_name}.png", out / "runs" / run_name / "summary.json"
+    if not source.exists() or is_newer(out / name, source, HERE / "picture.py", HERE / "examples.py"):
+        return None
+    picture.render(out / "runs" / run_name, out / name, times, direction, fit)
+    return name
 
 
 WORDS = {"incline_phi0": "5.1 Incline without friction", "incline_components": "5.1 Incline without friction, along x and z",
