@@ -1,12 +1,8 @@
 """What `quoin run --json` says it left out, for scenes that need little; and that time goes by phase."""
-import json
-import pathlib
-import subprocess
 import sys
-import tempfile
 import unittest
 
-QUOIN = sys.argv[1]
+from folder_test import FolderTest
 
 
 def scene(**changes):
@@ -30,18 +26,10 @@ def brick(x, z, **changes):
     return {"material": "rock", "shape": shape, **changes}
 
 
-def run(content, *arguments):
-    with tempfile.TemporaryDirectory() as folder:
-        path = pathlib.Path(folder) / "scene.json"
-        path.write_text(json.dumps(content))
-        done = subprocess.run([QUOIN, "run", path, "--json", *arguments], capture_output=True,
-                              text=True, timeout=120)
-    if done.returncode != 0:
-        raise AssertionError(done.stderr)
-    return json.loads(done.stdout)
+class LeftOut(FolderTest):
+    def run_scene(self, content):
+        return self.told("run", self.written(content))
 
-
-class LeftOut(unittest.TestCase):
     def check(self, summary, said, not_said=()):
         lines = summary["left_out"]
         for words in said:
@@ -50,19 +38,19 @@ class LeftOut(unittest.TestCase):
             self.assertFalse(any(words in line for line in lines), f"{words!r} in {lines}")
 
     def test_two_blocks_need_no_tree(self):
-        self.check(run(scene()),
+        self.check(self.run_scene(scene()),
                    ["2 blocks are one pair", "fixed or prescribed",
                     "no point, face, body or pressure load", "no folder is asked for", "one thread"],
                    ["friction", "rigid", "static"])
 
     def test_frictionless(self):
-        self.check(run(scene(joint={"friction_angle_deg": 0})),
+        self.check(self.run_scene(scene(joint={"friction_angle_deg": 0})),
                    ["shear forces and friction limits"])
-        self.check(run(scene(joint={"friction_angle_deg": 0, "cohesion": 10})), [],
+        self.check(self.run_scene(scene(joint={"friction_angle_deg": 0, "cohesion": 10})), [],
                    ["shear forces"])
 
     def test_rigid(self):
-        summary = run(scene(blocks=[scene()["blocks"][0], brick(0, 0, kind="rigid")]))
+        summary = self.run_scene(scene(blocks=[scene()["blocks"][0], brick(0, 0, kind="rigid")]))
         self.check(summary, ["strain and elasticity of 1 block: rigid"])
         self.assertEqual(summary["system"]["largest_strain"], 0)
 
@@ -70,33 +58,33 @@ class LeftOut(unittest.TestCase):
         static = {"analysis": "static", "steps": 20}
         rest = scene(stages=[static], blocks=[scene()["blocks"][0], brick(0, 0), brick(1.5, 0)])
         del rest["end_time"]
-        summary = run(rest)
+        summary = self.run_scene(rest)
         self.check(summary, ["the analysis is static"])
         self.assertEqual(summary["energy"]["kinetic"], 0)
         pairs = summary["pairs"]  # two pairs: searched until nobody moves
         self.assertEqual((pairs["candidates"], pairs["searched"]), (8, 8))
         rest["stages"].append({"analysis": "dynamic", "end_time": 0.1})
-        self.check(run(rest), ["3 blocks, all pairs"], ["static"])  # what one stage needs is not left out
+        self.check(self.run_scene(rest), ["3 blocks, all pairs"], ["static"])  # what one stage needs is not left out
 
     def test_what_stands_is_not_searched_again(self):
         standing = [brick(x, 0, kind="rigid") for x in (-2, -0.5, 1)]
         falling = brick(0, 20, kind="rigid", velocity=[0, 0, -5])
-        pairs = run(scene(blocks=scene()["blocks"][:1] + standing + [falling]))["pairs"]
+        pairs = self.run_scene(scene(blocks=scene()["blocks"][:1] + standing + [falling]))["pairs"]
         self.assertEqual(pairs["candidates"], 60)
         self.assertLess(pairs["searched"], 40)
 
     def test_fixed_pairs_are_not_searched(self):
         base = scene()["blocks"]
         wall = [brick(x, -3, kind="fixed") for x in range(30)]
-        self.check(run(scene(blocks=base + wall)), ["between blocks that are fixed"], ["tree"])
-        self.assertEqual(run(scene(blocks=base + wall))["pairs"],
-                         run(scene(blocks=base))["pairs"])
+        self.check(self.run_scene(scene(blocks=base + wall)), ["between blocks that are fixed"], ["tree"])
+        self.assertEqual(self.run_scene(scene(blocks=base + wall))["pairs"],
+                         self.run_scene(scene(blocks=base))["pairs"])
 
     def test_penalty(self):
-        self.check(run(scene(method="penalty")), ["contacts are springs"], ["contacts are exact"])
+        self.check(self.run_scene(scene(method="penalty")), ["contacts are springs"], ["contacts are exact"])
 
     def test_time_by_phase(self):
-        summary = run(scene())
+        summary = self.run_scene(scene())
         phases = summary["seconds"]
         self.assertEqual(set(phases), {"detect", "assemble", "solve", "update", "rest"})
         for name, seconds in phases.items():

@@ -2,7 +2,6 @@
 import json
 import math
 import random
-import subprocess
 import sys
 import unittest
 
@@ -11,7 +10,6 @@ from scipy.optimize import linprog
 
 from folder_test import FolderTest
 
-QUOIN = sys.argv[1]
 SIDES = 16  # of the pyramid inside the friction cone; the one around it is wider by 1 / cos(pi / SIDES)
 
 
@@ -74,12 +72,10 @@ class RandomStatics(FolderTest):
     def run_at(self, boxes, friction, push):
         blocks = [{"kind": "rigid" if i else "fixed", "material": "m", "shape": {"type": "box", "min": low, "max": high}}
                   for i, (low, high) in enumerate(boxes)]
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps({"materials": {"m": {"density": 2000}}, "gravity": [10 * push, 0, -10], "blocks": blocks,
-                                    "joint": {"friction_angle_deg": math.degrees(math.atan(friction))},
-                                    "stages": [{"analysis": "static"}]}))
-        done = subprocess.run([QUOIN, "run", path, "--json"], capture_output=True, text=True, timeout=60)
-        return json.loads(done.stdout)
+        return json.loads(self.quoin("run", self.written(
+            {"materials": {"m": {"density": 2000}}, "gravity": [10 * push, 0, -10], "blocks": blocks,
+             "joint": {"friction_angle_deg": math.degrees(math.atan(friction))}, "stages": [{"analysis": "static"}]}),
+            "--json").stdout)
 
     def test_towers_and_walls(self):
         seen = {"rest": 0, "mechanism": 0, "admissible": 0}

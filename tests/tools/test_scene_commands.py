@@ -13,45 +13,32 @@ SHAPES = {"wall": 45, "arch": 23, "dome": 97, "tower": 9, "stair": 9, "slope": 3
           "shaken-wall": 45, "struck-wall": 46, "bin": 205, "jointed-slope": 102, "vault": 75}
 
 
-def quoin(*arguments):
-    return subprocess.run([QUOIN, *map(str, arguments)], capture_output=True, text=True, timeout=120)
-
-
 def quoin_within(kilobytes, *arguments):
     return subprocess.run(["bash", "-c", f'ulimit -v {kilobytes}; exec "$@"', "-", QUOIN, *arguments],
                           capture_output=True, text=True, timeout=120)
 
 
 class SceneCommands(FolderTest):
-    def scene(self, text):
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(text))
-        return path
-
     def test_info_lists_blocks_and_changes_nothing(self):
-        done = quoin("info", MESHES / "meshio.off", "--json", "--units", "cm", "--supports",
-                     "lowest_course")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        first, second = json.loads(done.stdout)["blocks"]
+        first, second = self.told("info", MESHES / "meshio.off", "--units", "cm", "--supports",
+                     "lowest_course")["blocks"]
         self.assertAlmostEqual(first["volume"], 1e-6, places=18)
         self.assertTrue(first["support"])
         self.assertEqual(second["nearest_support"]["id"], "block0")
         self.assertAlmostEqual(second["nearest_support"]["gap"], 0, places=12)
         self.assertEqual((second["faces"], second["mesh_faces"]), (6, 12))
-        done = quoin("info", MESHES / "vtk.obj")
+        done = self.quoin("info", MESHES / "vtk.obj")
         self.assertIn("2 blocks, 2 convex, 0 supports, 1.5 m3", done.stdout)
 
     def test_info_says_why_a_block_is_not_convex(self):
         path = self.folder / "open.off"
         path.write_text("OFF 4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n")
-        done = quoin("info", path)
+        done = self.quoin("info", path)
         self.assertEqual(done.returncode, 2)
         self.assertIn("is not closed: its faces enclose", done.stdout)
 
     def test_check_tells_what_would_run(self):
-        done = quoin("check", SOURCE / "tools" / "scenes" / "paper" / "incline.json", "--json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        report = json.loads(done.stdout)
+        report = self.told("check", SOURCE / "tools" / "scenes" / "paper" / "incline.json")
         self.assertEqual(report["contacts"]["types"], {"face-face": 1})
         self.assertEqual(report["without_support"], [])
         self.assertTrue(report["trial_step"]["converged"])
@@ -69,7 +56,7 @@ class SceneCommands(FolderTest):
 
     def test_check_names_overlaps_gaps_and_loose_blocks(self):
         scene = self.boxes(-0.01, 1.005)
-        done = quoin("check", self.scene(scene), "--json")
+        done = self.quoin("check", self.written(scene), "--json")
         self.assertEqual(done.returncode, 2)
         self.assertIn('/blocks: "ground" and "b0" overlap by 0.01 m, more than 1e-3', done.stderr)
         report = json.loads(done.stdout)
@@ -77,7 +64,7 @@ class SceneCommands(FolderTest):
         self.assertEqual(report["contacts"]["gaps"][0]["a"], "b0")
         self.assertEqual(report["without_support"], ["b1"])
         scene["initial_overlap"] = "zero"
-        done = quoin("check", self.scene(scene))
+        done = self.quoin("check", self.written(scene))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("overlap 0.01 m: ground, b0", done.stdout)
         self.assertIn("without support: b1", done.stdout)
@@ -86,12 +73,10 @@ class SceneCommands(FolderTest):
         scene = self.boxes(0, 0)
         del scene["end_time"]
         scene["stages"] = [{"analysis": "static"}, {"analysis": "static", "remove": "b0", "add": "b1"}]
-        done = quoin("check", self.scene(scene), "--json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        report = json.loads(done.stdout)
+        report = self.told("check", self.written(scene))
         self.assertEqual(report["contacts"]["pairs"], 1)
         self.assertEqual((report["blocks"]["rigid"], report["blocks"]["absent"], report["blocks"]["mass"]), (1, 1, 2000))
-        self.assertIn("1 absent", quoin("check", self.scene(scene)).stdout)
+        self.assertIn("1 absent", self.quoin("check", self.written(scene)).stdout)
 
     def test_check_tries_the_first_step_of_the_first_stage(self):
         """As a run has it: with what that stage changes."""
@@ -101,10 +86,10 @@ class SceneCommands(FolderTest):
                                 "shape": {"type": "box", "min": [-2, -2, 1], "max": [2, 2, 2]}})
         stage = {"analysis": "dynamic", "duration": 1}
         scene["stages"] = [stage]
-        self.assertEqual(quoin("check", self.scene(scene)).returncode, 0)
+        self.assertEqual(self.quoin("check", self.written(scene)).returncode, 0)
         stage["overrides"] = [{"blocks": "plate", "motion": {"velocity": [0, 0, -0.1]}}]
         stage["loads"] = [{"type": "point", "block": "b0", "point": [0.5, 0.5, 0.5], "force": [1, 0, 0]}]
-        done = quoin("check", self.scene(scene))
+        done = self.quoin("check", self.written(scene))
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertIn("did not converge", done.stdout)
         self.assertIn('contacts that fight: "b0" and "plate"', done.stdout)
@@ -113,7 +98,7 @@ class SceneCommands(FolderTest):
         self.assertNotIn("left out: prescribed motion", done.stdout)
         stage.pop("overrides")
         stage["remove"] = "ground"
-        report = json.loads(quoin("check", self.scene(scene), "--json").stdout)
+        report = json.loads(self.quoin("check", self.written(scene), "--json").stdout)
         self.assertEqual((report["blocks"]["absent"], report["contacts"]["pairs"]), (1, 1))
 
     def test_check_names_points_outside_their_block(self):
@@ -123,15 +108,15 @@ class SceneCommands(FolderTest):
         later = {"type": "point", "block": "b0", "point": [0.5, 7, 1], "force": [1, 0, 0]}
         scene["stages"] = [{"analysis": "dynamic", "end_time": scene.pop("end_time")},
                            {"analysis": "dynamic", "duration": 0.1, "loads": [*scene["loads"], later]}]
-        done = quoin("check", self.scene(scene), "--json")
+        done = self.quoin("check", self.written(scene), "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(json.loads(done.stdout)["points_outside"],
                          [{"what": "load", "block": "b0", "point": [3, 0.5, 1]},
                           {"what": "fixed point", "block": "b0", "point": [0.5, 0.5, -1e-3]},
                           {"what": "load", "block": "b0", "point": [0.5, 7, 1]}])
-        done = quoin("check", self.scene(scene))
+        done = self.quoin("check", self.written(scene))
         self.assertIn('outside its block "b0": load at (3, 0.5, 1) m', done.stdout)
-        done = quoin("run", self.scene(scene))
+        done = self.quoin("run", self.written(scene))
         self.assertEqual(done.stderr.splitlines()[:2],
                          ['quoin: block "b0": load at (3, 0.5, 1) m is 2 m or more outside it, and moves along as the '
                           'end of a lever',
@@ -140,8 +125,8 @@ class SceneCommands(FolderTest):
 
     def test_check_ends_a_step_that_lasts(self):
         path = self.folder / "dust.json"
-        quoin("make", "bin", "--size", "1e-5", "--out", path)
-        done = quoin("check", path, "--max-seconds", "0.3")
+        self.quoin("make", "bin", "--size", "1e-5", "--out", path)
+        done = self.quoin("check", path, "--max-seconds", "0.3")
         self.assertEqual(done.returncode, 1)
         self.assertIn("one step tried: the time limit is over", done.stdout)
         self.assertNotIn("to expect", done.stdout)
@@ -149,9 +134,7 @@ class SceneCommands(FolderTest):
     def test_overlap_taken_as_touching_stays_where_it_is(self):
         scene = self.boxes(-0.01)
         scene |= {"initial_overlap": "zero", "monitors": [{"name": "m", "block": "b0"}]}
-        done = quoin("run", self.scene(scene), "--json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        summary = json.loads(done.stdout)
+        summary = self.told("run", self.written(scene))
         self.assertLess(abs(summary["monitors"]["m"]["displacement"][2]), 1e-9)
         self.assertAlmostEqual(summary["base_reaction"][2], -2000 * 9.81, places=3)
 
@@ -159,13 +142,11 @@ class SceneCommands(FolderTest):
         for shape, blocks in SHAPES.items():
             with self.subTest(shape):
                 path = self.folder / f"{shape}.json"
-                done = quoin("make", shape, "--out", path)
+                done = self.quoin("make", shape, "--out", path)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                self.assertEqual(quoin("make", shape).stdout, path.read_text())
+                self.assertEqual(self.quoin("make", shape).stdout, path.read_text())
                 self.assertEqual(len(json.loads(path.read_text())["blocks"]), blocks)
-                done = quoin("check", path, "--json")
-                self.assertEqual(done.returncode, 0, done.stderr)
-                report = json.loads(done.stdout)
+                report = self.told("check", path)
                 self.assertEqual(report["contacts"]["overlaps"], [])
                 if shape not in ("pile", "bin"):
                     self.assertEqual([name for name in report["without_support"] if name != "hammer"], [])
@@ -176,23 +157,23 @@ class SceneCommands(FolderTest):
                     steps = ["--set", "/stages=[{\"analysis\":\"dynamic\",\"steps\":3}]"]
                 elif len(json.loads(path.read_text())["stages"]) == 2:
                     steps = ["--set", "/stages/1/duration=0.02"]
-                done = quoin("run", path, *steps, "--json")
+                done = self.quoin("run", path, *steps, "--json")
                 self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_a_made_wedge_slides_as_the_closed_form_says(self):
         from math import cos, radians, sin, tan
         path = self.folder / "slope.json"
-        self.assertEqual(quoin("make", "slope", "--friction-deg", 20, "--end-time", 0.5, "--out",
+        self.assertEqual(self.quoin("make", "slope", "--friction-deg", 20, "--end-time", 0.5, "--out",
                                path).returncode, 0)
-        summary = json.loads(quoin("run", path, "--json").stdout)
+        summary = json.loads(self.quoin("run", path, "--json").stdout)
         psi, half, phi = radians(35), radians(45), radians(20)
         fall = 9.81 * (sin(psi) - cos(psi) * tan(phi) / sin(half))
         moved = summary["monitors"]["wedge"]["displacement"]
         self.assertAlmostEqual(moved[0] / (0.5 * fall * 0.5**2 * cos(psi)), 1, places=6)
 
     def test_make_keeps_what_it_did_not_make(self):
-        kept = self.scene({"title": "a scene that was made and changed"})
-        self.assertEqual(quoin("make", "wall", "--out", kept).returncode, 1)
+        kept = self.written({"title": "a scene that was made and changed"})
+        self.assertEqual(self.quoin("make", "wall", "--out", kept).returncode, 1)
         self.assertIn("changed", kept.read_text())
 
     def test_out_of_memory_is_told(self):
@@ -202,7 +183,7 @@ class SceneCommands(FolderTest):
 
     def test_a_shaken_wall_has_steps_that_see_its_wave(self):
         for hz, step in ((2, 5e-3), (10, 5e-3), (200, 2.5e-4)):
-            made = json.loads(quoin("make", "shaken-wall", "--hz", hz).stdout)
+            made = json.loads(self.quoin("make", "shaken-wall", "--hz", hz).stdout)
             self.assertAlmostEqual(made["time_step"], step, places=12)
 
 
