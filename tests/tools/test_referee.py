@@ -5,6 +5,7 @@ test_referee.py QUOIN SOURCE_DIR PLUGIN_DIR NARROW_PHASE_LIBRARY CXX EIGEN_INCLU
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -53,6 +54,11 @@ class Referee(FolderTest):
         report = self.judge("--plugin", PLUGINS / f"{behaviour}.so", "--family", "on_the_grid", *words)
         (library,) = report["libraries"]
         return library["families"]["all"], report
+
+    def test_a_command_without_its_referee(self):
+        alone = shutil.copy(QUOIN, self.folder)
+        done = subprocess.run([alone, "referee", "--count", "3"], capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (1, "quoin: quoin-referee is not there: it is built where GMP is\n"))
 
     def test_a_library_that_lies(self):
         tally, report = self.kinds_of("lies", "--count", 50)
