@@ -12,11 +12,6 @@ constexpr double kFacingCosine = 0.86602540378443865, kFacingSine = 0.5;
 /// A rotation and its products are right to a few eps.
 constexpr double kNear = 1e-9;
 
-bool stands_alone(const Solid& solid, int face, const Vector3& outward) {
-  const LooksAlong looks(solid, outward);
-  return looks(face) && !looks.others_do(face);
-}
-
 }  // namespace
 
 bool LooksAlong::operator()(int face) const {
@@ -49,7 +44,7 @@ int only_facing(const Solid& solid, const VertexSet& vertices, const Vector3& ou
   if (face == around.end()) return -1;
   const std::span<const int> set = topology.face_set(*face);
   const bool has_all = std::includes(set.begin(), set.end(), vertices.begin(), vertices.end());
-  return has_all && !looks.others_do(*face) ? *face : -1;
+  return has_all && looks.alone(*face) ? *face : -1;
 }
 
 bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, double band) {
@@ -61,7 +56,7 @@ bool faces_alone(const Solid& p, const Solid& q, const ContactPolygon& part, dou
   if (band > part.clear && (!alone(p, part.face_p, outward_p, part.top_p) ||
                             !alone(q, part.face_q, outward_q, part.top_q)))
     return false;
-  return stands_alone(p, part.face_p, outward_p) && stands_alone(q, part.face_q, outward_q);
+  return LooksAlong(p, outward_p).alone(part.face_p) && LooksAlong(q, outward_q).alone(part.face_q);
 }
 
 }  // namespace quoin::geometry

@@ -13,9 +13,11 @@ class LooksAlong {
   LooksAlong(const Solid& solid, const Vector3& outward)
       : solid_(solid), outward_(outward), local_(solid.turned_back(outward)) {}
   bool operator()(int face) const;
-  bool others_do(int face) const;  ///< Does one that shares a vertex with `face`?
+  /// Does `face`, and none that shares a vertex with it?
+  bool alone(int face) const { return (*this)(face) && !others_do(face); }
 
  private:
+  bool others_do(int face) const;
   /// Of the angle between a face of a rigid solid and the direction.
   double own_cosine(int face) const { return dot(Vec3(solid_.shape().face_normal(face)), local_); }
 
