@@ -136,18 +136,6 @@ bool keeps_line(const Solid& p, const Solid& q, const Candidate& plane, const Le
   return !plane.form.joined || joined_within(p, q, plane, length, length.rounding);
 }
 
-bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane) {
-  const ContactSets& sets = plane.sets;
-  if (sets.p.size() != 2 || sets.q.size() != 2 || plane.form.joined)
-    return lies_over(p, q, plane, nullptr, -rounding);
-  const ProjectedPair& laid = plane.edges.emplace(p, q, plane, sets.p, sets.q, rounding);
-  const bool edges =
-      laid.p.label.kind == FeatureKind::Edge && laid.q.label.kind == FeatureKind::Edge;
-  const bool over = overlap_margin(laid.p, laid.q) >= -rounding;
-  if (!edges) plane.edges.reset();
-  return over;
-}
-
 bool proves_optimum(const Solid& p, const Solid& q, const Candidate& plane,
                     const ContactPolygon* faces, const Lengths& length) {
   const double rounding = length.rounding;

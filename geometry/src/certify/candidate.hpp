@@ -17,10 +17,6 @@ struct NearVertices {
   void find(const Solid& polyhedron, const Vector3& direction, const Support& top, double widest) {
     find_vertices_beyond(polyhedron, direction, top.value - widest, vertices);
     depths.clear();
-    if (vertices.size() == 1) {
-      depths.push_back(0.0);
-      return;
-    }
     const Vec3 local = polyhedron.turned_back(direction);
     for (const int v : vertices)
       depths.push_back(top.value - dot(row_offset(polyhedron, v), local));
@@ -52,7 +48,6 @@ struct ProjectedPair {
 /// The same with all vertices that come near it, where they were looked for.
 struct CandidatePlane : Candidate {
   LateInit<NearVertices> near_p, near_q;
-  LateInit<ProjectedPair> edges;  // its sets, where they are an edge each and were laid
 };
 
 /// What is known in the end.
@@ -103,10 +98,6 @@ bool lies_firmly_over(const Solid& p, const Solid& q, const Candidate& plane,
 /// Is the plane not across a line between its features, or are its features the same however
 /// rounding turns that line?
 bool keeps_line(const Solid& p, const Solid& q, const Candidate& plane, const Lengths& length);
-
-/// Do the sets of a plane that is found, and not to be changed, lie over each other within
-/// rounding? Edges are laid for the description as well.
-bool lies_over_within(const Solid& p, const Solid& q, double rounding, CandidatePlane& plane);
 
 /// Proves that no other plane is better: always so when the solids are apart and the features lie
 /// over each other, and for a shallow overlap.

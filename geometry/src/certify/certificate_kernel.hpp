@@ -118,6 +118,7 @@ template <FeatureKind kA, FeatureKind kB>
 Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier& by_b,
               const Lengths& length, const Overlap* overlap, NearestFeatures& answer) {
   constexpr bool kEdges = kA == kEdge && kB == kEdge, kByFace = kA == kFace || kB == kFace;
+  constexpr bool kEdgeOnFace = kByFace && (kA == kEdge || kB == kEdge);
   const Side at_a = side_of<kA>(a, by_a), at_b = side_of<kB>(b, by_b);
   LineNormal form = form_of<kA, kB>(a, b, by_a, by_b, at_a, at_b, length.rounding);
   if (!form.found) return Trial::Refuted;
@@ -150,7 +151,16 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
     inside = greater(kFirm * length.rounding,
                      shallow_margin(between(a, b), normal, gap, length.rounding));
   }
-  if constexpr (kA == kFace) {
+  Vec3 middle = low;
+  if constexpr (kEdgeOnFace) {
+    // The general way may prove what this does not, and takes the same middle where it is as firm.
+    const Side& edge = kA == kEdge ? at_a : at_b;
+    const double margin = greater(inside, kFirm * length.place);
+    const bool on_face = kA == kFace ? middle_on_face(a, by_a.face, normal, edge, margin, middle)
+                                     : middle_on_face(b, by_b.face, -normal, edge, margin, middle);
+    if (!on_face || !(square(edge.line) > 4.0 * length.contact * length.contact))
+      return Trial::Undecided;
+  } else if constexpr (kA == kFace) {
     if (!over_face(a, by_a.face, normal, low, inside)) return Trial::Refuted;
   } else if constexpr (kB == kFace) {
     if (!over_face(b, by_b.face, -normal, high, inside)) return Trial::Refuted;
@@ -166,9 +176,11 @@ Trial attempt(const Solid& a, const Solid& b, const Carrier& by_a, const Carrier
       !name_carrier<kB>(b, by_b, length.contact, answer.feature_b))
     return Trial::Undecided;
   const Vec3 across = gap * normal;
-  const Witnesses on =
-      kEdges ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))
-             : Witnesses{kA == kVertex ? high : low - across, kB == kVertex ? low : high + across};
+  const Witnesses on = kEdges        ? crossing(at_a, at_b, form, across, in_reverse_order(a, b))
+                       : kEdgeOnFace ? Witnesses{kA == kEdge ? middle : middle - across,
+                                                 kB == kEdge ? middle : middle + across}
+                                     : Witnesses{kA == kVertex ? high : low - across,
+                                                 kB == kVertex ? low : high + across};
   const bool open = kEdges ? parallel(form.skew, form.longer, length.contact) : !kByFace;
   answer.status = status_of(gap, length.contact);
   answer.gap = gap + 0.0;  // one zero
@@ -198,8 +210,12 @@ inline Trial try_kinds(const Solid& a, const Solid& b, const Carrier& by_a, cons
       return attempt<kEdge, kVertex>(a, b, by_a, by_b, length, overlap, answer);
     case 4:
       return attempt<kEdge, kEdge>(a, b, by_a, by_b, length, overlap, answer);
+    case 5:
+      return attempt<kEdge, kFace>(a, b, by_a, by_b, length, overlap, answer);
     case 6:
       return attempt<kFace, kVertex>(a, b, by_a, by_b, length, overlap, answer);
+    case 7:
+      return attempt<kFace, kEdge>(a, b, by_a, by_b, length, overlap, answer);
     default:
       return Trial::Undecided;
   }

@@ -1,24 +1,14 @@
 /// Each kernel under its own name: that of the widest instructions that the machine has.
 
+#include <algorithm>
 #include <array>
 
-#include <algorithm>
 #include "kernels/kernels.hpp"
 #include "search/corner_features.hpp"
 #include "search/nearest_feature_search.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-std::size_t runnable_count() {
-#ifdef QUOIN_WIDE_KERNELS
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
-  return avx2 ? 2 : 1;
-#else
-  return 1;
-#endif
-}
 
 // Plain until this file's initialiser has run: those of other files may ask before.
 constinit const Kernels* widest = &kPlainKernels;
@@ -29,10 +19,13 @@ constinit const Kernels* widest = &kPlainKernels;
 std::span<const Kernels* const> runnable_kernels() {
 #ifdef QUOIN_WIDE_KERNELS
   static constexpr std::array kAll{&kPlainKernels, &kAvx2Kernels};
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+  return std::span(kAll).first(avx2 ? 2 : 1);
 #else
   static constexpr std::array kAll{&kPlainKernels};
+  return kAll;
 #endif
-  return std::span(kAll).first(runnable_count());
 }
 
 Support support(const Solid& solid, const Vector3& direction) {

@@ -196,4 +196,23 @@ inline bool over_face(const Solid& polyhedron, int face, const Vec3& outward, co
   return true;
 }
 
+/// The middle of what an edge shares with a face, seen along the face's outward normal; false where
+/// it does not lie inside the face's border by `margin`, m.
+inline bool middle_on_face(const Solid& polyhedron, int face, const Vec3& outward, const Side& edge,
+                           double margin, Vec3& middle) {
+  double first = 0.0, last = 1.0;  // shares of the edge
+  const std::span<const int> cycle = polyhedron.topology().face(face);
+  Vec3 from = place(polyhedron, cycle.back());
+  for (const int v : cycle) {
+    const Vec3 to = place(polyhedron, v), side = to - from;
+    const double inside = dot(outward, cross(side, edge.from - from));
+    const double rise = dot(outward, cross(side, edge.line));
+    from = to;
+    if (rise > 0.0) first = greater(first, -inside / rise);
+    if (rise < 0.0) last = lesser(last, -inside / rise);
+  }
+  middle = edge.from + 0.5 * (first + last) * edge.line;
+  return first < last && over_face(polyhedron, face, outward, middle, margin);
+}
+
 }  // namespace quoin::geometry

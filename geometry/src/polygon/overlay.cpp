@@ -121,20 +121,17 @@ struct Table {
   bool clear = true;          // each corner lies off the line of each side by more than the slack
   double margin = kInfinity;  // m, least over the sides of how far the farthest corner lies inside
 
-  /// `measured`: the margin is asked for.
-  Table(const Laid& corners, const Laid& on, double slack, bool measured)
-      : all(~0ull >> (64 - on.size())) {
+  Table(const Laid& corners, const Laid& on, double slack) : all(~0ull >> (64 - on.size())) {
     left.resize(corners.size());
     std::fill(left.begin(), left.end(), 0);
     // No side, and no step from it, is longer than three times the extents.
     const double off = slack * 3.0 * (on.extent + corners.extent);
-    for (std::size_t first = 0; first < on.size(); first += 2)
-      stand(corners, on, off, first, measured);
+    for (std::size_t first = 0; first < on.size(); first += 2) stand(corners, on, off, first);
   }
 
  private:
   /// Against two sides; the last one stands for one that is none.
-  void stand(const Laid& corners, const Laid& on, double slack, std::size_t first, bool measured) {
+  void stand(const Laid& corners, const Laid& on, double slack, std::size_t first) {
     const LaidSide &s = on.sides[first], &t = on.sides[std::min(first + 1, on.size() - 1)];
     const Two line_x{s.line.x(), t.line.x()}, line_y{s.line.y(), t.line.y()};
     const Two base{cross2(s.line, s.from), cross2(t.line, t.from)};
@@ -150,7 +147,6 @@ struct Table {
       left[k] |= static_cast<std::uint64_t>(inside) << first;
     }
     clear = clear && off_lines == 3u;
-    if (!measured) return;
     margin = std::min(margin, std::min(farthest[0] / std::max(s.line.norm(), kShortestSide),
                                        farthest[1] / std::max(t.line.norm(), kShortestSide)));
   }
@@ -167,13 +163,12 @@ class Overlay {
   Overlay(const ProjectedFeature& p, const ProjectedFeature& q, double rounding)
       : p_(p, rounding), q_(q, rounding), rounding_(rounding) {}
 
-  /// Returns how far they reach over each other (overlap_margin) where that is `measured` and
-  /// known, else NaN.
-  double append(SharedCorners& corners, bool measured) {
+  /// Returns how far they reach over each other (overlap_margin) where that is known, else NaN.
+  double append(SharedCorners& corners) {
     if (polygons_ && std::max(p_.size(), q_.size()) <= kTableSides) {
       const double least = kTableRounding * kEpsilon * (p_.extent + q_.extent);
       const double slack = std::max(kBesideBorder * rounding_, least);
-      const Table of_p(p_, q_, slack, measured), of_q(q_, p_, slack, measured);
+      const Table of_p(p_, q_, slack), of_q(q_, p_, slack);
       (of_p.clear && of_q.clear) ? walk(of_p, of_q, corners) : compare(corners);
       return std::min(of_p.margin, of_q.margin);
     }
@@ -439,12 +434,12 @@ double outside(const ProjectedFeature& patch, const Vector2& place) {
 
 void append_shared_corners(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                            SharedCorners& corners) {
-  Overlay(p, q, rounding).append(corners, false);
+  Overlay(p, q, rounding).append(corners);
 }
 
 double lay_over(const ProjectedFeature& p, const ProjectedFeature& q, double rounding,
                 SharedCorners& corners) {
-  const double margin = Overlay(p, q, rounding).append(corners, true);
+  const double margin = Overlay(p, q, rounding).append(corners);
   return std::isnan(margin) ? overlap_margin(p, q) : margin;
 }
 

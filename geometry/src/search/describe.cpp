@@ -3,23 +3,11 @@
 #include <limits>
 
 #include "numeric/error_bounds.hpp"
+#include "polygon/line_normal.hpp"
 #include "polygon/overlay.hpp"
 
 namespace quoin::geometry {
 namespace {
-
-/// The plane's sets as they are laid already, if these sets are just them and edges for this length
-/// as well.
-const ProjectedPair* laid_edges(const Solid& p, const Solid& q, const CandidatePlane& contact,
-                                const VertexSet& set_p, const VertexSet& set_q, double length) {
-  const auto is_edge = [length](const Solid& solid, const VertexSet& set, const VertexSet& laid) {
-    return set.size() == 2 && set[0] == laid[0] && set[1] == laid[1] &&
-           span_kind(solid, set, length) == FeatureKind::Edge;
-  };
-  const bool same =
-      contact.edges && is_edge(p, set_p, contact.sets.p) && is_edge(q, set_q, contact.sets.q);
-  return same ? contact.edges.get() : nullptr;
-}
 
 /// Centroid of what two patches share; where that is nothing, where they come nearest.
 Vector2 shared_middle(const ProjectedFeature& p, const ProjectedFeature& q,
@@ -52,6 +40,17 @@ void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact
     answer.point_b = answer.point_a + across;
     return;
   }
+  Vec3 middle;
+  const bool on_p = set_p.size() == 2 && is_whole(q, contact.sets.face_q, set_q) &&
+                    middle_on_face(q, contact.sets.face_q, -Vec3(answer.normal),
+                                   Side(p, set_p[0], set_p[1]), kFirm * length, middle);
+  if (on_p || (set_q.size() == 2 && is_whole(p, contact.sets.face_p, set_p) &&
+               middle_on_face(p, contact.sets.face_p, answer.normal, Side(q, set_q[0], set_q[1]),
+                              kFirm * length, middle))) {
+    answer.point_a = on_p ? Vector3(middle) : Vector3(middle) - across;
+    answer.point_b = on_p ? Vector3(middle) + across : Vector3(middle);
+    return;
+  }
   LateInit<ContactPolygon> faces;
   if (lay_whole_faces(p, q, contact, set_p, set_q, faces.emplace())) find_polygon(*faces);
   if (faces->convex) {
@@ -59,10 +58,7 @@ void set_witnesses(const Solid& p, const Solid& q, const CandidatePlane& contact
     answer.point_b = answer.point_a + across;
     return;
   }
-  LateInit<ProjectedPair> own;
-  const ProjectedPair* laid = laid_edges(p, q, contact, set_p, set_q, length);
-  const ProjectedPair& patches =
-      laid != nullptr ? *laid : own.emplace(p, q, contact, set_p, set_q, length);
+  const ProjectedPair patches(p, q, contact, set_p, set_q, length);
   SharedCorners corners;
   append_shared_corners(patches.p, patches.q, 2 * length + kEpsilon * std::abs(answer.gap),
                         corners);

@@ -88,7 +88,7 @@ bool middle_plane(const CanonicalPair& pair, const Vector3& middle, Optimum& opt
   scan(p, q, middle, plane);
   if (!(std::abs(plane.gap) <= length.rounding)) return false;
   find_sets(p, q, length, plane);
-  if (!lies_over_within(p, q, length.rounding, plane)) return false;
+  if (!lies_over(p, q, plane, nullptr, -length.rounding)) return false;
   return optimum.converged = optimum.several = optimum.middle = true;
 }
 
