@@ -34,16 +34,24 @@ void fill_still(const Rows& rows, double sign, ContactJacobian& jacobian) {
 void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matrix3x12& at_anchor,
           bool deforms, ContactJacobian& jacobian) {
   const Matrix3 frame = frame_of(rows, sign);
-  jacobian.rigid.leftCols<3>() = frame;
-  jacobian.rigid.block<1, 3>(0, 3) = frame.topRows<1>() * at_point.middleCols<3>(3);
-  jacobian.rigid.block<2, 3>(1, 3) = frame.bottomRows<2>() * at_anchor.middleCols<3>(3);
+  const Matrix3 point = frame * at_point.middleCols<3>(3);
+  Matrix3 turned = frame * at_anchor.middleCols<3>(3);
+  turned.row(0) = point.row(0);
+  jacobian.rigid << frame, turned;
   if (!deforms) {
     if (jacobian.strain) jacobian.strain.make().setZero();
     return;
   }
   Matrix3x6& strain = jacobian.strain.make();
-  strain.topRows<1>() = frame.topRows<1>() * at_point.rightCols<6>();
-  strain.bottomRows<2>() = frame.bottomRows<2>() * at_anchor.rightCols<6>();
+  const Matrix3x6 strained = frame * at_point.rightCols<6>();
+  strain = frame * at_anchor.rightCols<6>();
+  strain.row(0) = strained.row(0);
+}
+
+/// `turn`: how a row grows with the block's turn, world's axes.
+void add_to_row(int row, const Vector3& turn, const Matrix3& rotation, ContactJacobian& jacobian) {
+  const Vector3 own = rotation.transpose() * turn;
+  for (int k = 0; k < 3; ++k) jacobian.rigid(row, 3 + k) += own[k];
 }
 
 /// The normal turns with its face, (r × n)·m = (n × m)·r, or with both crossed edges:
@@ -51,13 +59,11 @@ void fill(const Rows& rows, double sign, const Matrix3x12& at_point, const Matri
 void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vector3& lever,
               const Matrix3& rotation_a, const Matrix3& rotation_b, LinearContact& linear) {
   const Vector3& n = mean.normal;
-  auto on_a = linear.jacobian_a.rigid.block<1, 3>(0, 3);
-  auto on_b = linear.jacobian_b.rigid.block<1, 3>(0, 3);
   if (!contact.crossed) {
     if (contact.normal_on_a)
-      on_a += n.cross(lever).transpose() * rotation_a;
+      add_to_row(0, n.cross(lever), rotation_a, linear.jacobian_a);
     else
-      on_b += n.cross(lever).transpose() * rotation_b;
+      add_to_row(0, n.cross(lever), rotation_b, linear.jacobian_b);
     return;
   }
   const Vector3 across_a = mean.edge_a.cross(n), across_b = mean.edge_b.cross(n);
@@ -66,17 +72,17 @@ void add_turn(const BodyContact& contact, const ContactGeometry& mean, const Vec
   // Mean edges are normal to the mean normal to second order of the turn only. What the moments of
   // both miss then is theirs by halves: angular momentum is kept.
   const Vector3 missing = 0.5 * (n.cross(lever) - turn_a - turn_b);
-  on_a += (turn_a + missing).transpose() * rotation_a;
-  on_b += (turn_b + missing).transpose() * rotation_b;
+  add_to_row(0, turn_a + missing, rotation_a, linear.jacobian_a);
+  add_to_row(0, turn_b + missing, rotation_b, linear.jacobian_b);
 }
 
 /// The tangents turn with the owner of the normal: (r × t)·m as above, so that shear forces on
 /// points that stand apart by m (a gap, an overlap, a stretched spring) keep angular momentum.
 void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector3& lever,
                       const Matrix3& rotation, LinearContact& linear) {
-  Matrix3x6& jacobian = (contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b).rigid;
-  jacobian.block<1, 3>(1, 3) += rows.t1.cross(lever).transpose() * rotation;
-  jacobian.block<1, 3>(2, 3) += rows.t2.cross(lever).transpose() * rotation;
+  ContactJacobian& jacobian = contact.normal_on_a ? linear.jacobian_a : linear.jacobian_b;
+  add_to_row(1, rows.t1.cross(lever), rotation, jacobian);
+  add_to_row(2, rows.t2.cross(lever), rotation, jacobian);
 }
 
 }  // namespace
@@ -149,19 +155,28 @@ namespace {
 /// few solves. It was not varied.
 constexpr double kStrainAugmentation = 1e2;
 
-/// J M J^T of the two tangential rows.
-template <int n>
-Eigen::Matrix2d tangential(const ConstPart<n>& matrix,
-                           const Eigen::Matrix<double, 3, n>& jacobian) {
-  const Eigen::Matrix<double, 2, n> rows = jacobian.template bottomRows<2>();
-  return rows * matrix * rows.transpose();
+/// A row of J, or of its strain alone.
+Vector12 row_of(const ContactJacobian& jacobian, int row, bool strain_alone) {
+  Vector12 result = jacobian.push(Vector3::Unit(row));
+  if (strain_alone) result.head<6>().setZero();
+  return result;
 }
 
-/// J M J^T of the normal row.
-template <int n>
-double square(const ConstPart<n>& matrix, const Eigen::Matrix<double, 3, n>& jacobian) {
-  const Eigen::Vector<double, n> row = jacobian.row(0);
-  return row.dot(matrix.lazyProduct(row));
+/// J M Jᵀ of the two tangential rows.
+Eigen::Matrix2d tangential(const SquareBlocks& matrix, std::size_t slot,
+                           const ContactJacobian& jacobian, bool strain_alone = false) {
+  const Vector12 t1 = row_of(jacobian, 1, strain_alone), t2 = row_of(jacobian, 2, strain_alone);
+  const Vector12 by_1 = matrix.times(slot, t1), by_2 = matrix.times(slot, t2);
+  Eigen::Matrix2d result;
+  result << t1.dot(by_1), t1.dot(by_2), t2.dot(by_1), t2.dot(by_2);
+  return result;
+}
+
+/// J M Jᵀ of the normal row.
+double square(const SquareBlocks& matrix, std::size_t slot, const ContactJacobian& jacobian,
+              bool strain_alone = false) {
+  const Vector12 row = row_of(jacobian, 0, strain_alone);
+  return row.dot(matrix.times(slot, row));
 }
 
 /// Of a symmetric matrix.
@@ -186,8 +201,7 @@ void for_each_side(const LinearContact& c, const Add& add) {
 double normal_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   double sum = 0.0;
   for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
-    sum += jacobian.deforms() ? square<12>(compliance.part<12>(slot), jacobian.columns<12>())
-                              : square<6>(compliance.part<6>(slot), jacobian.rigid);
+    sum += square(compliance, slot, jacobian);
   });
   return sum;
 }
@@ -195,8 +209,7 @@ double normal_compliance(const LinearContact& c, const SquareBlocks& compliance)
 double shear_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
-    sum += jacobian.deforms() ? tangential<12>(compliance.part<12>(slot), jacobian.columns<12>())
-                              : tangential<6>(compliance.part<6>(slot), jacobian.rigid);
+    sum += tangential(compliance, slot, jacobian);
   });
   return largest_eigenvalue(sum);
 }
@@ -206,8 +219,8 @@ void set_augmentation(const SquareBlocks& compliance, LinearContact& linear) {
   Eigen::Matrix2d strain_shear = Eigen::Matrix2d::Zero();
   for_each_side(linear, [&](std::size_t slot, const ContactJacobian& jacobian) {
     if (!jacobian.deforms()) return;
-    strain += square<6>(compliance.part<6>(slot, 6), *jacobian.strain);
-    strain_shear += tangential<6>(compliance.part<6>(slot, 6), *jacobian.strain);
+    strain += square(compliance, slot, jacobian, true);
+    strain_shear += tangential(compliance, slot, jacobian, true);
   });
   linear.normal_stiffness = augmentation(normal_compliance(linear, compliance), strain);
   linear.shear_stiffness = 0.0;

@@ -48,10 +48,9 @@ Eigen::Map<const ContactRows<n>> rows_of(const std::vector<double>& rows, std::s
 template <int n>
 void push(const Eigen::Map<const ContactRows<n>>& rows, int first, const Vector3& x,
           Vector12& sum) {
-  sum.head<n>() += (x[0] * rows.row(0).template segment<n>(first) +
-                    x[1] * rows.row(1).template segment<n>(first) +
-                    x[2] * rows.row(2).template segment<n>(first))
-                       .transpose();
+  const double x0 = x[0], x1 = x[1], x2 = x[2];
+  for (int k = 0; k < n; ++k)
+    sum[k] += x0 * rows(0, first + k) + x1 * rows(1, first + k) + x2 * rows(2, first + k);
 }
 
 }  // namespace

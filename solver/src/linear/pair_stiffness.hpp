@@ -42,8 +42,9 @@ class PairStiffness {
         pushed(pushed_.data() + count_ * kNumbers);
     own = rows;
     for (int k = 0; k < 3; ++k) {
-      pushed.row(k) =
-          -(tangent(k, 0) * own.row(0) + tangent(k, 1) * own.row(1) + tangent(k, 2) * own.row(2));
+      const double t0 = tangent(k, 0), t1 = tangent(k, 1), t2 = tangent(k, 2);
+      for (int j = 0; j < 2 * n; ++j)
+        pushed(k, j) = -(t0 * own(0, j) + t1 * own(1, j) + t2 * own(2, j));
     }
     ++count_;
   }

@@ -96,6 +96,8 @@ void begin_search(const CompiledScene& compiled, const State& state, Equilibrium
   search.start = state.blocks;
 }
 
+/// What closed contacts give is left in, unlike in judge(): it can only shorten pseudo-steps, and
+/// no verdict depends on it.
 double stride(const CompiledScene& compiled, std::span<const int> blocks,
               std::span<const BlockState> from, std::span<const BlockState> to) {
   const double elastic = elastic_motion(compiled, blocks, from, to);
