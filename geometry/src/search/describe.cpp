@@ -1,7 +1,5 @@
 #include "search/quick_answers.hpp"
 
-#include <limits>
-
 #include "numeric/error_bounds.hpp"
 #include "polygon/line_normal.hpp"
 #include "polygon/overlay.hpp"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "numeric/error_bounds.hpp"
 #include "numeric/vec3.hpp"
@@ -27,9 +26,14 @@ bool find_candidates(const Solid& solid, const Vector3& direction, double roundi
                      VertexSet& vertices) {
   constexpr double kNear = 4.0;  // of eps D; with room
   constexpr std::size_t kMany = 32;
-  const double top = support(solid, direction).value;
-  find_vertices_beyond(solid, direction, top - kNear * rounding, vertices);
-  return vertices.size() <= kMany;
+  const double limit = support(solid, direction).value - kNear * rounding;
+  const Vec3 local = solid.turned_back(direction);
+  for (int v = 0; v < solid.vertex_count(); ++v) {
+    if (dot(row_offset(solid, v), local) < limit) continue;
+    if (vertices.size() == kMany) return false;
+    vertices.push_back(v);
+  }
+  return true;
 }
 
 /// Planes of different directions, of each direction the best.

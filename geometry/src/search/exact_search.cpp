@@ -136,11 +136,10 @@ int wide_support(const Solid& polyhedron, const WideVector& direction) {
   const Vector3 d = direction.rounded();
   const Support first = support(polyhedron, d);
   const double limit = first.value - kWideSupport * kEpsilon * d.norm() * polyhedron.diameter();
-  VertexSet near;
-  find_vertices_beyond(polyhedron, d, limit, near);
+  const Vec3 local = polyhedron.turned_back(d);
   int best = first.vertex;
-  for (const int v : near) {
-    if (v == best) continue;
+  for (int v = 0; v < polyhedron.vertex_count(); ++v) {
+    if (v == best || dot(row_offset(polyhedron, v), local) < limit) continue;
     const WideVector step = polyhedron.wide_line(best, v);
     if (dot(direction, step).high > 0.0) best = v;
   }

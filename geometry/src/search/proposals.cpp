@@ -1,8 +1,5 @@
 #include "search/proposals.hpp"
 
-#include <limits>
-#include <utility>
-
 #include "numeric/error_bounds.hpp"
 #include "numeric/floating_point.hpp"
 #include "search/touching_faces.hpp"
