@@ -10,8 +10,8 @@ namespace quoin::geometry {
 
 using Vector2 = Eigen::Vector2d;
 
-/// The plane in which patches of P and Q are compared: `normal` from P to Q, origin at a vertex of
-/// P. Or that of a face.
+/// The plane in which patches of P and Q are compared, `normal` from P to Q and the origin at a
+/// vertex of P, or the plane of a face.
 struct ContactPlane {
   Vector3 origin, normal, axis_u, axis_v;
   ContactPlane() {}  // NOLINT: filled later

@@ -130,7 +130,7 @@ class Topology {
   bool three_faces_at_vertices_ = true;
 };
 
-/// How far the vertices of a face label lie off it: labels know rounding.
+/// A face label: how far its vertices lie off it (rounding), its width, the faces around it.
 struct LabelFit {
   double off_plane = 0.0;  ///< off the face's plane, m
   double outside = 0.0;    ///< and, as seen along its normal, beyond its sides, m; infinite: its
