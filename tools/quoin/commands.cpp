@@ -4,8 +4,8 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
-#include "scene_file/shown.hpp"
 
 #include <quoin/geometry/shape.hpp>
 

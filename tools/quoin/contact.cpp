@@ -15,10 +15,10 @@
 #include <string_view>
 
 #include "commands.hpp"
+#include "scene_file/printable.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_error.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 namespace {

@@ -3,8 +3,8 @@
 #include <cerrno>
 #include <charconv>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::commands {
 

@@ -11,7 +11,7 @@
 #include "scene_file/archive.hpp"
 #include "scene_file/mechanism_proof.hpp"
 #include "scene_file/peak_memory.hpp"
-#include "scene_file/shown.hpp"
+#include "scene_file/printable.hpp"
 
 namespace quoin::commands {
 namespace {

@@ -14,8 +14,8 @@
 #include <optional>
 #include <quoin/geometry/mass_properties.hpp>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/read_json.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "scene_file/shown.hpp"
+#include "scene_file/printable.hpp"
 
 namespace quoin::scene_file {
 

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
 #include "scene_file/scene_file.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {

@@ -11,19 +11,19 @@
 #include <sstream>
 
 #include "scene_file/cut.hpp"
+#include "scene_file/grouted_tie.hpp"
 #include "scene_file/mesh_file.hpp"
 #include "scene_file/moved_hulls.hpp"
 #include "scene_file/overrides.hpp"
+#include "scene_file/printable.hpp"
 #include "scene_file/read_json.hpp"
 #include "scene_file/read_record.hpp"
 #include "scene_file/read_shape.hpp"
 #include "scene_file/scene_file.hpp"
 #include "scene_file/schema_check.hpp"
 #include "scene_file/shared_topology.hpp"
-#include "scene_file/shown.hpp"
 #include "scene_file/staged_work.hpp"
 #include "scene_file/start_joints.hpp"
-#include "scene_file/ties.hpp"
 #include "scene_file/water.hpp"
 
 namespace quoin::scene_file {

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
-#include "scene_file/shown.hpp"
 
 namespace quoin::scene_file {
 namespace {

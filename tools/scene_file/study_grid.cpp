@@ -14,7 +14,7 @@
 #include <string_view>
 #include <thread>
 
-#include "scene_file/shown.hpp"
+#include "scene_file/printable.hpp"
 
 namespace quoin::scene_file {
 namespace {

@@ -2,7 +2,7 @@
 /// The ordinary answers: solids apart that meet in a vertex and a vertex, an edge or a face, or in
 /// two crossed edges, and overlaps whose least translation is across a vertex and a face or two
 /// crossed edges, all beyond doubt. Straight code for each; whatever is left open here goes the
-/// general way and comes to the same bits there. Internal.
+/// general way and comes to the same bits there. The lengths below which there is doubt. Internal.
 
 #include <algorithm>
 #include <cmath>

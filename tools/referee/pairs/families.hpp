@@ -1,6 +1,6 @@
 #pragma once
-/// Seeded random pairs of convex solids, ordinary and hard: one list, in tests/README.md with what
-/// each draws and what is hard about it.
+/// Seeded random pairs of convex solids, ordinary and hard: one list, in README.md with what each
+/// draws and what is hard about it.
 
 #include <span>
 #include <string>

@@ -1,4 +1,4 @@
-#include "limit/each.hpp"
+#include "limit/single_blocks.hpp"
 
 #include <algorithm>
 #include <cmath>

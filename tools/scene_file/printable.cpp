@@ -1,4 +1,4 @@
-#include "scene_file/shown.hpp"
+#include "scene_file/printable.hpp"
 
 #include <charconv>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "scene_file/ties.hpp"
+#include "scene_file/grouted_tie.hpp"
 
 #include <sstream>
 
