@@ -1,4 +1,5 @@
 """A test case with a folder of its own, in which it runs the command (the first argument of the test)."""
+import csv
 import json
 import pathlib
 import subprocess
@@ -38,23 +39,58 @@ def read_by_vtk(blocks, contacts):
     return json.loads(done.stdout)
 
 
+def box(low, high):
+    return {"type": "box", "min": list(low), "max": list(high)}
+
+
+def block(name, low, high, kind="rigid", **more):
+    """A box of stone."""
+    return {"name": name, "kind": kind, "material": "stone", "shape": box(low, high), **more}
+
+
+def flags_of(summary):
+    return [(flag["flag"], flag["fails"]) for flag in summary["flags"]]
+
+
 class FolderTest(unittest.TestCase):
     def setUp(self):
         holder = tempfile.TemporaryDirectory()
         self.addCleanup(holder.cleanup)
         self.folder = pathlib.Path(holder.name)
 
-    def quoin(self, *words):
-        return subprocess.run([pathlib.Path(sys.argv[1]).resolve(), *map(str, words)], capture_output=True, text=True,
-                              timeout=300, cwd=self.folder)
+    def quoin(self, *words, code=None, err=(), out=(), says=None, limits=None, **options):
+        """Runs the command in the folder. `code`: how it has to end; `err`, `out`: words that have to
+        stand on standard error and output; `says`: all of standard error; `limits`: of bash."""
+        shell = ["bash", "-c", limits + '; exec "$@"', "-"] if limits else []
+        done = subprocess.run([*shell, pathlib.Path(sys.argv[1]).resolve(), *map(str, words)],
+                              **{"capture_output": True, "text": True, "timeout": 300,
+                                 "cwd": self.folder, **options})
+        if code is not None:
+            self.assertEqual(done.returncode, code, f"{done.stdout}{done.stderr}")
+        for said, wanted in ((done.stderr, err), (done.stdout, out)):
+            for text in [wanted] if isinstance(wanted, str) else wanted:
+                self.assertIn(text, said)
+        if says is not None:
+            self.assertEqual(done.stderr, says)
+        return done
 
     def written(self, scene):
         path = self.folder / "scene.json"
         path.write_text(json.dumps(scene))
         return path
 
-    def told(self, *words, code=0):
+    def told(self, *words, code=0, **wanted):
         """What the command tells with --json."""
-        done = self.quoin(*words, "--json")
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
-        return json.loads(done.stdout)
+        return json.loads(self.quoin(*words, "--json", code=code, **wanted).stdout)
+
+    def run_scene(self, scene, *options, code=0, **wanted):
+        """The summary of a run whose results are in the folder `out`."""
+        return self.told("run", self.written(scene), "--out", "out", *options, code=code, **wanted)
+
+    def summary(self, out="out"):
+        return json.loads((self.folder / out / "summary.json").read_text())
+
+    def rows(self, name, out="out"):
+        """Of a CSV file of results."""
+        with open(self.folder / out / name, encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))

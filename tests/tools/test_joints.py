@@ -1,21 +1,12 @@
 """What is seen of joints: open ones with their gap, sums by joint, moments, centres of pressure, relative motion."""
-import csv
 import json
 import math
-import pathlib
-import subprocess
 import sys
 import unittest
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
-
-from folder_test import FolderTest
+from folder_test import FolderTest, block, box
 
 FAR = [3e4, -2e4, 1e3]
-
-
-def box(low, high):
-    return {"type": "box", "min": low, "max": high}
 
 
 def cube_on_floor(stages, kind="rigid", **more):
@@ -23,31 +14,23 @@ def cube_on_floor(stages, kind="rigid", **more):
     pose = {"translation": FAR}
     return {"materials": {"stone": {"density": 1000, "young": 1e10}}, "joint": {"friction_angle_deg": 45},
             "gravity": [0, 0, -10], "time_step": 0.01, "stages": stages,
-            "blocks": [{"name": "floor", "kind": "fixed", "pose": pose, "shape": box([-5, -5, -1], [5, 5, 0])},
-                       {"name": "cube", "kind": kind, "material": "stone", "pose": pose,
-                        "shape": box([0, 0, 0], [1, 1, 1])}], **more}
+            "blocks": [block("floor", [-5, -5, -1], [5, 5, 0], "fixed", pose=pose),
+                       block("cube", [0, 0, 0], [1, 1, 1], kind, pose=pose)], **more}
 
 
 class Joints(FolderTest):
-    def run_scene(self, scene):
-        return self.told("run", self.written(scene), "--out", "out"), self.folder / "out"
-
-    @staticmethod
-    def rows(out, name):
-        return list(csv.DictReader((out / name).read_text().splitlines()))
-
     def test_a_joint_that_has_parted_is_listed_with_its_gap(self):
         for kind in ("rigid", "deformable"):
             stages = [{"analysis": "static"}, {"analysis": "dynamic", "duration": 0.5, "gravity": [0, 0, 5]}]
-            _, out = self.run_scene(cube_on_floor(stages, kind))
+            self.run_scene(cube_on_floor(stages, kind))
             gap = 0.5 * 5 * 0.5 ** 2
-            points = [row for row in self.rows(out, "contacts.csv") if row["stage"] == "1"]
+            points = [row for row in self.rows("contacts.csv") if row["stage"] == "1"]
             self.assertEqual(len(points), 4)
             for row in points:
                 self.assertEqual((row["name_a"], row["name_b"], row["state"]), ("floor", "cube", "open"))
                 self.assertAlmostEqual(float(row["gap"]), gap, places=5)
                 self.assertEqual(float(row["normal_force"]), 0)
-            joints = self.rows(out, "joints.csv")
+            joints = self.rows("joints.csv")
             self.assertEqual([(row["stage"], row["state"]) for row in joints], [("0", "closed"), ("1", "open")])
             self.assertAlmostEqual(float(joints[1]["gap"]), gap, places=5)
             self.assertEqual(joints[1]["edge_stress"], "")
@@ -56,19 +39,18 @@ class Joints(FolderTest):
         rounding, crack = 1e-8, 0.017
         table = [[0, 0, 0, 0], [0.5, -crack, 0, 0]]
         scene = cube_on_floor([{"analysis": "static"}, {"analysis": "dynamic", "end_time": 0.5}])
-        scene["blocks"].append({"name": "pier", "kind": "prescribed", "pose": {"translation": FAR},
-                                "shape": box([-1, 0, 0], [-rounding, 1, 1]), "motion": {"displacement": {"table": table}}})
-        _, out = self.run_scene(scene)
-        gaps = [float(row["gap"]) for row in self.rows(out, "joints.csv") if (row["stage"], row["name_b"]) == ("1", "pier")]
+        scene["blocks"].append(block("pier", [-1, 0, 0], [-rounding, 1, 1], "prescribed", pose={"translation": FAR},
+                                     motion={"displacement": {"table": table}}))
+        self.run_scene(scene)
+        gaps = [float(row["gap"]) for row in self.rows("joints.csv") if (row["stage"], row["name_b"]) == ("1", "pier")]
         self.assertEqual(len(gaps), 1)
         self.assertAlmostEqual(gaps[0], crack + rounding, places=10)
 
     def test_pairs_that_never_touched_or_are_gone_are_not_listed(self):
-        stages = [{"analysis": "static"}, {"analysis": "static", "remove": "cube"}]
-        scene = cube_on_floor(stages)
-        scene["blocks"].append({"name": "other", "kind": "fixed", "shape": box([90, 0, 0], [91, 1, 1])})
-        _, out = self.run_scene(scene)
-        self.assertEqual([(row["stage"], row["name_a"], row["name_b"]) for row in self.rows(out, "joints.csv")],
+        scene = cube_on_floor([{"analysis": "static"}, {"analysis": "static", "remove": "cube"}])
+        scene["blocks"].append(block("other", [90, 0, 0], [91, 1, 1], "fixed"))
+        self.run_scene(scene)
+        self.assertEqual([(row["stage"], row["name_a"], row["name_b"]) for row in self.rows("joints.csv")],
                          [("0", "floor", "cube")])
 
     def test_resultant_moment_centre_and_edge_stress(self):
@@ -86,8 +68,8 @@ class Joints(FolderTest):
                 {"monitor": "base", "quantity": "moment", "exact": ["0", str(-push), "0"], "allowed": 1e-6},
                 {"monitor": "base", "quantity": "centre_of_pressure", "component": "x",
                  "exact": str(middle[0] + e), "allowed": 1e-9}]
-            _, out = self.run_scene(scene)
-            row = self.rows(out, "joints.csv")[0]
+            self.run_scene(scene)
+            row = self.rows("joints.csv")[0]
             for key, exact in {"normal_force": 1e4, "shear_force": push, "fx": -push, "fz": 1e4, "my": -push, "area": 1,
                                "normal_stress": 1e4, "edge_stress": edge, "nz": 1}.items():
                 self.assertAlmostEqual(float(row[key]) / exact, 1, places=5, msg=key)
@@ -98,20 +80,17 @@ class Joints(FolderTest):
         motion = {"velocity": {"formula": ["t", "0", "0"]}}
         scene = cube_on_floor([{"analysis": "dynamic", "duration": 0.5}])
         scene["blocks"][0].update(kind="prescribed", motion=motion)
-        scene["blocks"].append({"name": "spun", "kind": "rigid", "material": "stone", "angular_velocity": [0, 0, 2],
-                                "shape": box([50, 0, 90], [51, 1, 91])})
+        scene["blocks"].append(block("spun", [50, 0, 90], [51, 1, 91], angular_velocity=[0, 0, 2]))
         scene["monitors"] = [{"name": "absolute", "block": "cube"},
                              {"name": "relative", "block": "cube", "relative_to": "floor"},
                              {"name": "spun", "block": "spun"}]
-        summary, out = self.run_scene(scene)
+        summary = self.run_scene(scene)
         self.assertAlmostEqual(summary["monitors"]["absolute"]["displacement"][0], 0.125, places=4)
         for key in ("displacement", "velocity"):
             self.assertLess(max(map(abs, summary["monitors"]["relative"][key])), 1e-6, key)
-        self.assertAlmostEqual(float(self.rows(out, "history.csv")[-1]["spun.wz"]), 2, places=9)
-        done = subprocess.run([QUOIN, "check", self.folder / "scene.json", "--set", "/monitors/1/relative_to=moon"],
-                              capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("/monitors/1/relative_to: there is no block", done.stderr)
+        self.assertAlmostEqual(float(self.rows("history.csv")[-1]["spun.wz"]), 2, places=9)
+        self.quoin("check", "scene.json", "--set", "/monitors/1/relative_to=moon", code=2,
+                   err="/monitors/1/relative_to: there is no block")
 
     def drums(self, **more):
         """A column of four drums, cut at z = 1, 2 and 3 m, on a floor that is tilted by 20 degrees."""
@@ -120,7 +99,7 @@ class Joints(FolderTest):
                   for z, name in enumerate(("low", "middle", "high"), 1)]
         return {"materials": {"stone": {"density": 1000}}, "joint": {"friction_angle_deg": 40}, "time_step": 0.01,
                 "gravity": [10 * math.sin(tilt), 0, -10 * math.cos(tilt)], "end_time": 0.1,
-                "blocks": [{"name": "floor", "kind": "fixed", "material": "stone", "shape": box([-5, -5, -1], [5, 5, 0])}],
+                "blocks": [block("floor", [-5, -5, -1], [5, 5, 0], "fixed")],
                 "cut": {"name": "drum", "block": {"kind": "rigid", "material": "stone"}, "cuts": planes,
                         "body": box([0, 0, 0], [3, 1, 4])}, **more}
 
@@ -144,11 +123,10 @@ class Joints(FolderTest):
                 if of == "written":
                     (self.folder / "uncut.json").write_text(json.dumps(tried))
                     (self.folder / "cut.json").unlink(missing_ok=True)
-                    subprocess.run([QUOIN, "cut", self.folder / "uncut.json", "--out", self.folder / "cut.json"], check=True,
-                                   capture_output=True)
+                    self.quoin("cut", "uncut.json", "--out", "cut.json", code=0)
                     tried = json.loads((self.folder / "cut.json").read_text())
-                _, out = self.run_scene(tried)
-                for row in self.rows(out, "blocks.csv"):
+                self.run_scene(tried)
+                for row in self.rows("blocks.csv"):
                     if of == "stage" and row["stage"] == "0":
                         continue
                     far = slid if row["kind"] == "rigid" and float(row["z"]) > 2 else 0.0
@@ -157,7 +135,7 @@ class Joints(FolderTest):
     def test_water_on_a_plane(self):
         scene = self.drums(water=[{"pressure": 5000, "on": "joints", "planes": "middle"}],
                            monitors=[{"name": f"joint{k}", "contact": [f"drum{k}", f"drum{k + 1}"]} for k in range(3)])
-        summary, _ = self.run_scene(scene)
+        summary = self.run_scene(scene)
         for k, above in enumerate((3, 2, 1)):
             wanted = 3e4 * above * math.cos(math.radians(20)) - 5000 * 3 * (k == 1)
             self.assertAlmostEqual(summary["monitors"][f"joint{k}"]["force"][2], wanted, delta=1e-3)

@@ -1,7 +1,6 @@
 """`quoin run` as a user meets it: files, exit codes, interruption."""
 import csv
 import json
-import os
 import pathlib
 import resource
 import signal
@@ -11,28 +10,30 @@ import time
 import unittest
 import xml.etree.ElementTree as xml
 
-from folder_test import FolderTest, read_by_vtk
+from folder_test import FolderTest, block, box, flags_of, read_by_vtk
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
 ARCH = SOURCE / "tools" / "scenes" / "study" / "arch.json"
 TWO_FORCES = SOURCE / "tools" / "scenes" / "paper" / "two_forces.json"
 sys.path.insert(0, str(SOURCE / "tools"))
 import vtk_file  # noqa: E402
 
-def run(*arguments, **keywords):
-    return subprocess.run([QUOIN, "run", *map(str, arguments)], capture_output=True, text=True,
-                          timeout=120, **keywords)
+HALF = ("--set", "/end_time=0.5")  # s
+FLOOR = block("floor", [-5, -5, -1], [5, 5, 0], "fixed")
+TOP = block("top", [0, 0, 0], [1, 1, 1])
+
+
+def scene(blocks, **more):
+    return {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
+            "time_step": 0.01, "end_time": 0.1, "blocks": blocks, **more}
 
 
 class RunCommand(FolderTest):
     def test_writes_what_it_promises(self):
         out = self.folder / "deep" / "out"
-        done = run(INCLINE, "--out", out, "--json", "--set", "/end_time=0.5")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(done.stderr, "")  # no progress line when piped
-        summary = json.loads(done.stdout)
-        self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
+        summary = self.told("run", INCLINE, "--out", out, *HALF, says="")  # no progress line when piped
+        self.assertEqual(summary, self.summary(out))
         self.assertEqual(summary["status"], "completed")
         self.assertEqual(summary["steps"], 50)
         self.assertAlmostEqual(summary["time"], 0.5, places=12)
@@ -42,15 +43,13 @@ class RunCommand(FolderTest):
         self.check_vtk(out)
 
     def test_paraview_files_can_be_left_out(self):
-        out = self.folder / "out"
-        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--set", "/paraview=false")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual({p.name for p in out.iterdir()} - {".quoin-journal"},
+        self.quoin("run", INCLINE, "--out", "out", *HALF, "--set", "/paraview=false", code=0)
+        self.assertEqual({p.name for p in (self.folder / "out").iterdir()} - {".quoin-journal"},
                          {"history.csv", "blocks.csv", "contacts.csv", "joints.csv", "manifest.json", "summary.json"})
-        self.assertIn('ParaView files: "paraview" is false', json.loads((out / "summary.json").read_text())["left_out"])
+        self.assertIn('ParaView files: "paraview" is false', self.summary()["left_out"])
 
     def check_history(self, path):
-        rows = list(csv.DictReader(path.read_text().splitlines()))
+        rows = self.rows(path)
         self.assertEqual(len(rows), 51)
         self.assertEqual(float(rows[0]["block.ux"]), 0)
         self.assertGreater(float(rows[-1]["block.ux"]), 0.1)
@@ -86,23 +85,17 @@ class RunCommand(FolderTest):
 
     def test_the_end_of_every_stage_is_written(self):
         scene = json.loads(ARCH.read_text())
-        path, out = self.folder / "scene.json", self.folder / "out"
-        scene["blocks"][1]["name"] = hostile = '+1,"x"'
-        scene["title"] = "arch"
-        scene.pop("monitors", None), scene.pop("references", None)
-        for key in ("end_time", "stages"):
+        for key in ("monitors", "references", "end_time"):
             scene.pop(key, None)
-        scene["stages"] = [{"analysis": "settle", "steps": 5}, {"analysis": "static", "steps": 5}]
-        path.write_text(json.dumps(scene))
-        self.assertEqual(run(path, "--out", out).returncode, 0)
-        blocks = list(csv.DictReader((out / "blocks.csv").read_text().splitlines()))
-        contacts = list(csv.DictReader((out / "contacts.csv").read_text().splitlines()))
+        scene["blocks"][1]["name"] = hostile = '+1,"x"'
+        scene |= {"title": "arch", "stages": [{"analysis": "settle", "steps": 5}, {"analysis": "static", "steps": 5}]}
+        reaction = self.run_scene(scene)["base_reaction"]
+        blocks, contacts = self.rows("blocks.csv"), self.rows("contacts.csv")
         count = len(scene["blocks"])
         self.assertEqual([row["stage"] for row in blocks], ["0"] * count + ["1"] * count)
         self.assertEqual(blocks[1]["name"], "'" + hostile)
         self.assertEqual({row["stage"] for row in contacts}, {"0", "1"})
-        self.assertEqual(len(list(out.glob("blocks_*.vtu"))), 3)  # the start, and each stage's end
-        reaction = json.loads((out / "summary.json").read_text())["base_reaction"]
+        self.assertEqual(len(list((self.folder / "out").glob("blocks_*.vtu"))), 3)  # the start, and each stage's end
         held = {row["block"] for row in blocks if row["kind"] == "fixed"}
         for axis, total in zip("xyz", reaction):
             summed = sum(float(row["f" + axis]) * ((row["b"] in held) - (row["a"] in held))
@@ -115,36 +108,30 @@ class RunCommand(FolderTest):
 
     def test_takes_the_place_of_earlier_results_only(self):
         out = self.folder / "out"
-        self.assertEqual(run(INCLINE, "--out", out, "--set", "/end_time=0.5").returncode, 0)
+        self.quoin("run", INCLINE, "--out", out, *HALF, code=0)
         link = self.folder / "link"
         link.symlink_to(out)
-        self.assertEqual(run(INCLINE, "--out", f"{link}/", "--set", "/end_time=1.0").returncode, 0)
+        self.quoin("run", INCLINE, "--out", f"{link}/", "--set", "/end_time=1.0", code=0)
         self.assertTrue(link.is_symlink())
-        self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 100)
+        self.assertEqual(self.summary()["steps"], 100)
         for name, spoil in (("letter.txt", lambda p: p.write_text("dear")),
                             ("history.csv", lambda p: p.write_text(p.read_text() + "my note")),
                             ("blocks.pvd", lambda p: (p.unlink(), p.symlink_to(INCLINE))),
                             ("pictures", lambda p: p.mkdir())):
             spoil(out / name)
             before = sorted(p.name for p in out.iterdir())
-            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(f"out/{name}: ", done.stderr)
-            self.assertIn("is not replaced", done.stderr)
+            self.quoin("run", INCLINE, "--out", out, *HALF, code=1, err=(f"out/{name}: ", "is not replaced"))
             self.assertEqual(sorted(p.name for p in out.iterdir()), before)
             (out / name).rmdir() if name == "pictures" else (out / name).unlink()
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["link", "out"])
 
     def test_a_note_that_appears_while_the_run_goes_on(self):
         out = self.folder / "out"
-        run(INCLINE, "--out", out, "--set", "/end_time=0.5")
-        process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000"],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.quoin("run", INCLINE, "--out", out, *HALF)
+        process = self.endless()
         self.wait_for("out.part-*/history.csv")
         (out / "note").write_text("dear")
-        os.kill(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=60)[1]
-        self.assertEqual(process.returncode, 1)
+        said = self.interrupted(process)
         self.assertIn("out/note: quoin did not write it", said)
         part = next(self.folder.glob("out.part-*"))
         self.assertIn(f"the results are in {part}", said)
@@ -158,22 +145,30 @@ class RunCommand(FolderTest):
             (self.folder / name / "letter.txt").write_text("dear")
         parts = []
         for _ in range(2):
-            process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set",
-                                        "/end_time=1000"], stdout=subprocess.DEVNULL)
+            process = self.endless()
             parts.append(self.wait_for("out.part-??????/history.csv", parts).parent)
             if len(parts) == 2:
                 break
             process.kill()
             process.wait()
             (parts[0] / "note").write_text("dear")
-        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5")  # while the second goes on
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.quoin("run", INCLINE, "--out", out, *HALF, code=0)  # while the second goes on
         self.assertEqual([p.name for p in parts[0].iterdir()], ["note"])
         self.assertTrue((parts[1] / "history.csv").exists())
-        process.send_signal(signal.SIGTERM)
-        process.wait(timeout=60)
+        self.interrupted(process, signal.SIGTERM)
         self.assertEqual({p.name for p in self.folder.iterdir()},
                          {"out", "out.part-1", "out.part-notes", parts[0].name})
+
+    def endless(self, *words):
+        """A run that goes on."""
+        return subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", self.folder / "out", "--set", "/end_time=1000", *words],
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+    def interrupted(self, process, number=signal.SIGINT):
+        process.send_signal(number)
+        said = process.communicate(timeout=60)[1]
+        self.assertEqual(process.returncode, 1)
+        return said
 
     def wait_for(self, pattern, but=()):
         for _ in range(600):
@@ -185,222 +180,141 @@ class RunCommand(FolderTest):
 
     def test_dump_steps(self):
         out = self.folder / "dumped"
-        done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", "--dump-steps", "4")
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.quoin("run", INCLINE, "--out", out, *HALF, "--dump-steps", "4", code=0)
         dumped = sorted(file.name for file in out.glob("contact_problem_*.txt"))
         self.assertEqual(dumped[0], "contact_problem_000000_000001.txt")
         self.assertTrue(all(int(name[16:22]) % 4 == 0 for name in dumped), dumped)
         self.assertTrue((out / dumped[0]).read_text().startswith("quoin contact problem 1\nblocks 1\n"))
 
     def test_dump_steps_of_several_islands(self):
-        boxes = [[0, 0, 1], [3, 0, 1], [3, 0, 2]]
-        scene = {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
-                 "time_step": 0.01, "end_time": 0.02,
-                 "blocks": [{"kind": "fixed", "material": "stone",
-                             "shape": {"type": "box", "min": [-9, -9, 0], "max": [9, 9, 1]}}] +
-                           [{"kind": "rigid", "material": "stone", "shape": {
-                               "type": "box", "min": low, "max": [c + 1 for c in low]}} for low in boxes]}
-        path, out = self.folder / "islands.json", self.folder / "islands"
-        path.write_text(json.dumps(scene))
-        self.assertEqual(run(path, "--out", out, "--dump-steps", "2").returncode, 0)
-        blocks = {file.name: file.read_text().split("\n")[1] for file in out.glob("contact_problem_*.txt")}
+        boxes = [block(f"b{x}{z}", [x, 0, z], [x + 1, 1, z + 1]) for x, z in ((0, 0), (3, 0), (3, 1))]
+        self.run_scene(scene([FLOOR, *boxes], end_time=0.02), "--dump-steps", "2")
+        blocks = {file.name: file.read_text().split("\n")[1] for file in self.folder.glob("out/contact_problem_*.txt")}
         self.assertEqual(blocks, {"contact_problem_000000_000001.txt": "blocks 1",
                                   "contact_problem_000000_000002.txt": "blocks 2"})
 
     def test_a_failure_is_an_exit_code_and_a_verdict(self):
-        out = self.folder / "out"
         for arguments, words in ((["--set", "/references/0/exact=0/0"], "its error is not a number"),
                                  (["--set", "/references/0/allowed=1e-15"], "allowed 1e-15"),
                                  (["--set", "/max_iterations=1", "--on-failure",
                                    "accept", "--set", "/smallest_time_step=0.01"],
                                   "steps did not converge")):
-            done = run(INCLINE, "--out", out, "--set", "/end_time=0.5", *arguments)
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(words, done.stderr)
-            summary = json.loads((out / "summary.json").read_text())
+            self.quoin("run", INCLINE, "--out", "out", *HALF, *arguments, code=1, err=words)
+            summary = self.summary()
             self.assertEqual(summary["verdict"], "failed")
             self.assertTrue(any(words in line for line in summary["failures"]), summary["failures"])
 
     def crushed(self, **change):
         """A rigid cube under a plate that comes down by 0.075 m more than there is room."""
-        box = lambda low, high: {"type": "box", "min": low, "max": high}
-        return {"materials": {"m": {"density": 2000}}, "joint": {"friction_angle_deg": 30}, "time_step": 1e-3,
-                "end_time": 0.125, "blocks": [
-                    {"name": "ground", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])},
-                    {"name": "plate", "kind": "prescribed", "shape": box([-5, -5, 1.05], [5, 5, 2]),
-                     "motion": {"velocity": [0, 0, -1]}},
-                    {"name": "cube", "material": "m", "kind": "rigid", "shape": box([0, 0, 0], [1, 1, 1])}], **change}
+        blocks = [block("ground", [-5, -5, -1], [5, 5, 0], "fixed"), block("cube", [0, 0, 0], [1, 1, 1]),
+                  block("plate", [-5, -5, 1.05], [5, 5, 2], "prescribed", motion={"velocity": [0, 0, -1]})]
+        return {**scene(blocks, time_step=1e-3, end_time=0.125), **change}
 
     def test_a_crushed_block_is_no_result(self):
-        file, out = self.folder / "scene.json", self.folder / "out"
-        file.write_text(json.dumps(self.crushed()))
         for words, flags in (([], ["unconverged"]),
                              (["--on-failure", "accept", "--set", "/smallest_time_step=1e-3"], ["unconverged", "overlap"])):
-            done = run(file, "--out", out, "--json", *words)
-            self.assertEqual(done.returncode, 1, done.stdout)
+            done = self.quoin("run", self.written(self.crushed()), "--out", "out", "--json", *words, code=1)
             summary = json.loads(done.stdout)
-            self.assertEqual(summary, json.loads((out / "summary.json").read_text()))
+            self.assertEqual(summary, self.summary())
             self.assertEqual((summary["status"], summary["verdict"]), ("not_converged", "failed"))
-            self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [(flag, True) for flag in flags])
+            self.assertEqual(flags_of(summary), [(flag, True) for flag in flags])
             self.assertEqual(summary["failures"][0], summary["message"])
             fighting = done.stderr.split("contacts that fight: ")[1].splitlines()[0]  # equally hard: in either order
             self.assertIn('"ground" and "cube" at (', fighting)
-            self.assertIn('"plate" and "cube" at (', fighting)
+            self.assertIn('"cube" and "plate" at (', fighting)
             self.assertEqual(fighting.count(" at ("), 2)
             self.assertEqual("not to be trusted: overlap" in done.stderr, "overlap" in flags, done.stderr)
 
     def test_a_soft_block_strained_beyond_its_law_is_no_result(self):
-        file = self.folder / "scene.json"
-        scene = self.crushed(materials={"m": {"density": 2000, "young": 1e7, "poisson": 0.2}})
-        scene["blocks"][2]["kind"] = "deformable"
-        file.write_text(json.dumps(scene))
-        done = run(file, "--json")
-        self.assertEqual(done.returncode, 1, done.stdout)
-        summary = json.loads(done.stdout)
+        crushed = self.crushed(materials={"stone": {"density": 2000, "young": 1e7, "poisson": 0.2}})
+        crushed["blocks"][1]["kind"] = "deformable"
+        summary = self.run_scene(crushed, code=1, err=("not to be trusted: strain", 'block "cube"'))
         self.assertEqual((summary["status"], summary["verdict"]), ("not_trusted", "failed"))
-        self.assertEqual([(flag["flag"], flag["fails"]) for flag in summary["flags"]], [("strain", True)])
+        self.assertEqual(flags_of(summary), [("strain", True)])
         self.assertEqual(summary["failures"], [summary["message"]])
-        self.assertIn("not to be trusted: strain", done.stderr)
-        self.assertIn('block "cube"', done.stderr)
 
     def test_springs_close_by_their_law(self):
         """An overlap that the scene asks for is flagged, and no failure."""
-        file = self.folder / "scene.json"
         joint = {"friction_angle_deg": 30, "normal_stiffness": 1e6, "shear_stiffness": 1e6}
-        blocks = [block for block in self.crushed()["blocks"] if block["name"] != "plate"]
         for change in ({"joint": joint}, {"method": "springs", "penalty": 2.5e5}):
-            file.write_text(json.dumps(self.crushed(blocks=blocks, **change)))
-            done = run(file, "--json")
-            self.assertEqual(done.returncode, 0, done.stderr)
-            summary = json.loads(done.stdout)
+            summary = self.run_scene(self.crushed(blocks=self.crushed()["blocks"][:2], **change))
             self.assertEqual(summary["status"], "completed")
-            self.assertIn(("overlap", False), [(flag["flag"], flag["fails"]) for flag in summary["flags"]])
+            self.assertIn(("overlap", False), flags_of(summary))
 
     def test_a_spring_that_closes_farther_hides_no_crushed_block(self):
-        file = self.folder / "scene.json"
-        box = lambda low, high: {"type": "box", "min": low, "max": high}
         blocks = self.crushed()["blocks"]
-        blocks[1]["shape"] = box([-5, -5, 1.05], [2, 5, 2])
-        soft = [{"name": "bed", "kind": "fixed", "joint_group": "soft", "shape": box([6, -5, -1], [9, 5, 0])},
-                {"name": "stone", "material": "m", "kind": "rigid", "joint_group": "soft",
-                 "shape": box([7, 0, 0], [8, 1, 1])}]
+        blocks[2]["shape"] = box([-5, -5, 1.05], [2, 5, 2])
+        soft = [block("bed", [6, -5, -1], [9, 5, 0], "fixed", joint_group="soft"),
+                block("pressed", [7, 0, 0], [8, 1, 1], joint_group="soft")]
         joint = {"between": ["soft", "soft"], "friction_angle_deg": 30, "normal_stiffness": 1e4, "shear_stiffness": 1e4}
-        file.write_text(json.dumps(self.crushed(blocks=blocks + soft, joints=[joint], end_time=0.105)))
-        done = run(file, "--json")
-        self.assertEqual(done.returncode, 1, done.stdout)
-        self.assertIn('and "cube"', done.stderr)
+        self.run_scene(self.crushed(blocks=blocks + soft, joints=[joint], end_time=0.105), code=1, err='"cube" and')
 
     def test_a_step_that_diverged_counts_its_attempts(self):
-        file = self.folder / "scene.json"
-        box = lambda low, high: {"type": "box", "min": low, "max": high}
-        floor = {"name": "floor", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])}
-        block = {"name": "b", "material": "m", "kind": "rigid", "shape": box([0, 0, 0], [1, 1, 1])}
-        for blocks in ([floor, block], [block]):  # slides, is free: without a solve
-            file.write_text(json.dumps({
-                "joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
-                "end_time": 0.1, "gravity": {"formula": ["1e200", "0", "-1e200"]}, "blocks": blocks}))
-            done = run(file)
-            self.assertIn("diverged", done.stderr)
+        for blocks in ([FLOOR, TOP], [TOP]):  # slides, is free: without a solve
+            done = self.quoin("run", self.written(scene(blocks, gravity={"formula": ["1e200", "0", "-1e200"]})),
+                              err=("diverged", "residual inf"))  # its equations balance, 1e30 m away
             self.assertEqual(" 0 open-close iterations, 0 solves" in done.stderr, len(blocks) == 1, done.stderr)
-            self.assertIn("residual inf", done.stderr)  # its equations balance, 1e30 m away
 
     def test_a_function_of_time_that_leaves_the_numbers(self):
         """Said by name, and what was reached is kept."""
         gone = ["sqrt(0.025-t)", "0", "0"]
-        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
-        scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
-                 "end_time": 0.1, "blocks": [{"name": "top", "kind": "rigid", "material": "m", "shape": box}]}
-        table = {"name": "table", "kind": "prescribed", "motion": {"displacement": {"formula": gone}},
-                 "shape": box, "pose": {"translation": [0, 0, -1]}}
+        table = block("table", [0, 0, -1], [1, 1, 0], "prescribed", motion={"displacement": {"formula": gone}})
         for change, words in (
                 ({"gravity": {"formula": gone}}, "gravity at 0.03 s"),
                 ({"loads": [{"type": "body", "block": "top", "force": {"formula": gone}}]},
                  'a body load on "top" at 0.0'),
-                ({"blocks": scene["blocks"] + [table]}, 'motion of "table" at 0.02')):
-            file, out = self.folder / "scene.json", self.folder / "out"
-            file.write_text(json.dumps({**scene, **change}))
-            done = run(file, "--out", out)
-            self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn(words, done.stderr)
-            self.assertIn("is not finite", done.stderr)
-            summary = json.loads((out / "summary.json").read_text())
+                ({"blocks": [TOP, table]}, 'motion of "table" at 0.02')):
+            summary = self.run_scene({**scene([TOP]), **change}, code=1, err=(words, "is not finite"))
+            self.assertEqual(summary, self.summary())
             self.assertEqual(summary["status"], "not_converged")
             self.assertGreaterEqual(summary["steps"], 3)
 
     def test_a_motion_that_is_infinite_at_the_end_of_a_step(self):
         """There alone, and also where nothing is awake or nothing is written."""
-        belt = {"name": "belt", "kind": "prescribed", "material": "m",
-                "motion": {"velocity": {"formula": ["1/(0.05-t)", "0", "0"]}},
-                "shape": {"type": "box", "min": [-6, -2, -1], "max": [6, 2, 0]}}
-        rides = {"name": "rides", "kind": "rigid", "material": "m",
-                 "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}
-        for blocks in ([belt], [belt, rides], [belt, {**rides, "pose": {"translation": [0, 0, 50]}}]):
-            scene = {"joint": {"friction_angle_deg": 30}, "materials": {"m": {"density": 1}}, "time_step": 0.01,
-                     "end_time": 0.1, "blocks": blocks}
-            file, out = self.folder / "scene.json", self.folder / "out"
-            file.write_text(json.dumps(scene))
-            for done in (run(file), run(file, "--out", out)):
-                self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertIn('motion of "belt" at 0.05 s is not finite', done.stderr)
-            self.assertEqual(json.loads((out / "summary.json").read_text())["steps"], 5)  # with the one that failed
+        belt = block("belt", [-6, -2, -1], [6, 2, 0], "prescribed", motion={"velocity": {"formula": ["1/(0.05-t)", "0", "0"]}})
+        for blocks in ([belt], [belt, TOP], [belt, {**TOP, "pose": {"translation": [0, 0, 50]}}]):
+            for out in ((), ("--out", "out")):
+                self.quoin("run", self.written(scene(blocks)), *out, code=1, err='motion of "belt" at 0.05 s is not finite')
+            self.assertEqual(self.summary()["steps"], 5)  # with the one that failed
 
     def test_a_run_shorter_than_rounding_of_its_step(self):
         """Has a step all the same, so long as the run."""
-        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
         for time_step, end_time in ((0.01, 5e-9), (1e6, 0.1)):
-            scene = {"materials": {"m": {"density": 1}}, "time_step": time_step, "end_time": end_time,
-                     "blocks": [{"name": "b", "kind": "rigid", "material": "m", "shape": box}]}
-            file, out = self.folder / "scene.json", self.folder / "out"
-            file.write_text(json.dumps(scene))
-            self.assertEqual(run(file, "--out", out).returncode, 0)
-            summary = json.loads((out / "summary.json").read_text())
+            summary = self.run_scene(scene([TOP], time_step=time_step, end_time=end_time))
             self.assertEqual((summary["steps"], summary["time"]), (1, end_time))
 
     def test_peak_memory_is_its_own(self):
         """Not that of the process which started it."""
         held = bytearray(200 * 2**20)
-        self.assertLess(json.loads(run(INCLINE, "--json").stdout)["peak_memory_mb"], 100)
+        self.assertLess(self.told("run", INCLINE)["peak_memory_mb"], 100)
         del held
 
     def test_output_that_nobody_can_read(self):
         for words in (["run", INCLINE], ["run", INCLINE, "--json"], ["--help"], ["validate", "--list"],
                       ["contact", "--pairs", "-"]):
             with open("/dev/full", "w") as full:
-                done = subprocess.run([QUOIN, *words], stdout=full, stderr=subprocess.PIPE, text=True,
-                                      input='{"a": [], "b": []}\n', timeout=60)
-            self.assertEqual(done.returncode, 1, words)
-            self.assertIn("can't", done.stderr)
+                self.quoin(*words, code=1, err="can't", capture_output=False, stdout=full, stderr=subprocess.PIPE,
+                           input='{"a": [], "b": []}\n')
 
     def test_list_of_cases(self):
-        def listed(*words):
-            return subprocess.run([QUOIN, "validate", "--list", *words], capture_output=True, text=True, timeout=60)
-        cases = json.loads(listed("--json").stdout)
-        self.assertEqual([f"{case['case']:4} {case['title']}" for case in cases], listed().stdout.splitlines())
+        cases, lines = self.told("validate", "--list"), self.quoin("validate", "--list").stdout.splitlines()
+        self.assertEqual([f"{case['case']:4} {case['title']}" for case in cases], lines)
         self.assertGreater(len(cases), 20)
-        self.assertEqual(json.loads(listed("V05", "--json").stdout), [case for case in cases if case["case"] == "V05"])
+        self.assertEqual(self.told("validate", "--list", "V05"), [case for case in cases if case["case"] == "V05"])
 
     def test_limit_of_file_size(self):
-        out = self.folder / "out"
-        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
-        done = subprocess.run([QUOIN, "run", INCLINE, "--out", out], preexec_fn=limit, capture_output=True,
-                              text=True, timeout=60)
-        self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("can't be written: File too large", done.stderr)
+        self.quoin("run", INCLINE, "--out", "out", code=1, err="can't be written: File too large",
+                   preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)))
 
     def test_help(self):
-        self.assertEqual(run("--help").returncode, 0)
+        self.quoin("run", "--help", code=0)
 
     def test_an_interrupted_run_leaves_whole_files(self):
         out = self.folder / "out"
-        process = subprocess.Popen([QUOIN, "run", TWO_FORCES, "--out", out, "--set", "/end_time=1000",
-                                    "--set", "/output_interval=0.01"],
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        process = self.endless("--set", "/output_interval=0.01")
         self.wait_for("out.part-*/blocks_000001.vtu")
-        os.kill(process.pid, signal.SIGINT)
-        _, said = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 1)
-        self.assertIn("interrupted", said)
-        summary = json.loads((out / "summary.json").read_text())
+        self.assertIn("interrupted", self.interrupted(process))
+        summary = self.summary()
         self.assertEqual(summary["status"], "interrupted")
         rows = list(csv.reader((out / "history.csv").read_text().splitlines()))
         self.assertEqual(len(rows), summary["steps"] + 2)

@@ -1,47 +1,34 @@
 """Stages of a scene file: their stop rules, displacements that are reset, runs that go on
 over them. What blocks do is in tools/scenes/cases/stage_*.json, what is refused in bad_inputs."""
-import csv
 import json
 import pathlib
-import subprocess
 import sys
 import unittest
 
-QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+SOURCE = pathlib.Path(sys.argv[2])
 sys.path.insert(0, str(SOURCE / "tools"))
 import vtk_file  # noqa: E402
 
-from folder_test import FolderTest
-
-
-def box(low, high):
-    return {"type": "box", "min": low, "max": high}
+from folder_test import FolderTest, block, box
 
 
 def sliding(stages, **more):
     """A cube on a smooth floor that is pulled along x with 1 m/s2."""
     return {"materials": {"stone": {"density": 1000, "young": 1e9}}, "joint": {"friction_angle_deg": 0},
             "gravity": [1, 0, -10], "time_step": 0.01, "stages": stages,
-            "blocks": [{"name": "floor", "kind": "fixed", "material": "stone", "shape": box([-5, -5, -1], [50, 5, 0])},
-                       {"name": "cube", "kind": "rigid", "material": "stone", "shape": box([0, 0, 0], [1, 1, 1])},
-                       {"name": "other", "kind": "rigid", "material": "stone", "shape": box([20, 0, 0], [21, 1, 1])}],
+            "blocks": [block("floor", [-5, -5, -1], [50, 5, 0], "fixed"), block("cube", [0, 0, 0], [1, 1, 1]),
+                       block("other", [20, 0, 0], [21, 1, 1])],
             "monitors": [{"name": "cube", "block": "cube"}], **more}
 
 
 class Stages(FolderTest):
-    def run_scene(self, scene, *arguments):
-        return self.quoin("run", self.written(scene), "--json", *arguments)
-
-    def summary(self, scene, *arguments, code=0):
-        return self.told("run", self.written(scene), *arguments, code=code)
-
     def test_each_stop_rule_ends_its_stage(self):
         dynamic = {"analysis": "dynamic"}
         stages = [{**dynamic, "name": "first", "until_moved": 0.1, "duration": 5},
                   {**dynamic, "duration": 0.2}, {**dynamic, "steps": 7},
                   {**dynamic, "duration": 100, "until_moved": 0.5},
                   {"analysis": "static", "gravity": [0, 0, -10]}]
-        found = self.summary(sliding(stages))["stages"]
+        found = self.run_scene(sliding(stages))["stages"]
         self.assertEqual([s["ended_by"] for s in found], ["moved", "time", "steps", "moved", "rest"])
         self.assertEqual(found[0]["name"], "first")
         # x = t2 / 2 passes 0.1 m at 0.447 s, v = 0.45 + 0.2 + 0.07 then, and 0.5 m after 0.512 s more
@@ -51,24 +38,22 @@ class Stages(FolderTest):
         rough = sliding([{"analysis": "dynamic", "duration": 10, "until": "rest"}], gravity=[0, 0, -10],
                         joint={"friction_angle_deg": 45})
         rough["blocks"][1]["velocity"] = [1, 0, 0]
-        found = self.summary(rough)
+        found = self.run_scene(rough)
         self.assertEqual(found["stages"][0]["ended_by"], "rest")
         self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 1 / 20, places=3)
         self.assertLess(found["time"], 0.2)
         smooth = sliding([{"analysis": "dynamic", "duration": 0.1, "until": "rest"}])
-        found = self.summary(smooth, code=1)
+        found = self.run_scene(smooth, code=1)
         self.assertEqual(found["status"], "not_at_rest")
 
     def test_displacements_that_are_reset(self):
         stages = [{"analysis": "dynamic", "duration": 1},
                   {"analysis": "dynamic", "duration": 1, "reset_displacements": True}]
-        out = self.folder / "out"
-        found = self.summary(sliding(stages), "--out", out)
+        found = self.run_scene(sliding(stages))
         self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 1.5, places=9)
-        table = csv.DictReader((out / "blocks.csv").read_text().splitlines())
-        rows = [r for r in table if r["name"] == "cube"]
+        rows = [r for r in self.rows("blocks.csv") if r["name"] == "cube"]
         self.assertEqual([round(float(r["ux"]), 9) for r in rows], [0.5, 1.5])
-        last = sorted(out.glob("blocks_*.vtu"))[-1]
+        last = sorted(self.folder.glob("out/blocks_*.vtu"))[-1]
         moved = vtk_file.read(last)[1]["displacement"]
         self.assertAlmostEqual(float(moved[8][0]), 1.5, places=9)
 
@@ -76,17 +61,16 @@ class Stages(FolderTest):
         scene = sliding([{"analysis": "dynamic", "duration": 0.1},
                          {"name": "too full", "analysis": "dynamic", "duration": 0.1, "add": "other"}])
         scene["blocks"][2]["shape"] = box([0.2, 0, 0], [1.2, 1, 1])
-        out = self.folder / "out"
-        found = self.summary(scene, "--out", out, code=1)
+        found = self.run_scene(scene, code=1)
         self.assertEqual(found["status"], "stage_refused")
         self.assertIn("stage 1 (too full) can't begin: blocks 1 (cube) and 2 (other) overlap", found["message"])
-        self.assertTrue((out / "blocks.csv").exists())
+        self.assertTrue(self.rows("blocks.csv"))
 
     def test_a_velocity_of_a_stage_counts_as_work_and_leaves_the_spin(self):
         first = {"analysis": "dynamic", "duration": 0.1}
         scene = sliding([first, {**first, "overrides": [{"blocks": "cube", "velocity": [2, 0, 0]}]}], gravity=[0, 0, 0])
         scene["blocks"][1] |= {"velocity": [1, 0, 0], "angular_velocity": [0, 0, 0.5]}
-        found = self.summary(scene)
+        found = self.run_scene(scene)
         self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], 0.3, places=9)
         self.assertAlmostEqual(found["monitors"]["cube"]["angular_velocity"][2], 0.5, places=9)
         self.assertAlmostEqual(found["energy"]["work"], 0.5 * 1000 * (4 - 1), places=6)
@@ -102,17 +86,16 @@ class Stages(FolderTest):
                    "fixed_points": [{"block": "cube", "point": [0.5, 0.5, 0.5]}]}]
         scene = sliding(stages, time_step=0.0005)
         scene["monitors"].append({"name": "hold", "fixed_points": "cube"})
-        self.summary(scene, "--out", self.folder / "plain")
-        wanted = {p.name: p.read_bytes() for p in (self.folder / "plain").iterdir()}
-        out = self.folder / "out"
-        self.run_scene(scene, "--out", out, "--max-seconds", "0.02")
+        self.run_scene(scene)
+        (self.folder / "out").rename(self.folder / "plain")
+        self.quoin("run", self.written(scene), "--out", "out", "--max-seconds", "0.02")
         for _ in range(200):
-            if json.loads((out / "summary.json").read_text())["status"] != "time_limit":
+            if self.summary()["status"] != "time_limit":
                 break
-            subprocess.run([QUOIN, "run", "--resume", out, "--max-seconds", "0.05"], capture_output=True)
+            self.quoin("run", "--resume", "out", "--max-seconds", "0.05")
         else:
             self.fail("never done")
-        got = {p.name: p.read_bytes() for p in out.iterdir()}
+        wanted, got = ({p.name: p.read_bytes() for p in (self.folder / name).iterdir()} for name in ("plain", "out"))
         self.assertEqual(sorted(got), sorted(wanted))
         for name in wanted:
             if name not in ("manifest.json", "summary.json"):
@@ -121,14 +104,10 @@ class Stages(FolderTest):
     def test_fewer_threads_where_the_system_starts_no_more(self):
         """Room for few stacks: the run says so in one line and gives the same answer."""
         scene = sliding([{"analysis": "dynamic", "duration": 0.1}])
-        scene["blocks"] += [{"kind": "rigid", "material": "stone", "shape": box([20, 10 * k, 0], [21, 10 * k + 1, 1])}
-                            for k in range(1, 100)]
-        whole = self.summary(scene)
-        (self.folder / "scene.json").write_text(json.dumps(scene))
-        done = subprocess.run(["bash", "-c", 'ulimit -s 65536; ulimit -v 2000000; exec "$@"', "-", QUOIN, "run",
-                               self.folder / "scene.json", "--json", "--threads", "100"],
-                              capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        scene["blocks"] += [block(f"far{k}", [20, 10 * k, 0], [21, 10 * k + 1, 1]) for k in range(1, 100)]
+        whole = self.run_scene(scene)
+        done = self.quoin("run", "scene.json", "--json", "--threads", "100", code=0,
+                          limits="ulimit -s 65536; ulimit -v 2000000")
         found = json.loads(done.stdout)
         self.assertLess(found["options"]["threads"], 100)
         self.assertEqual(done.stderr, f"quoin: {found['options']['threads']} of 100 threads: the system starts no more\n")
@@ -136,7 +115,7 @@ class Stages(FolderTest):
 
     def test_no_more_threads_than_blocks_that_move(self):
         scene = sliding([{"analysis": "dynamic", "duration": 0.1}])
-        self.assertEqual(self.summary(scene, "--threads", 8)["options"]["threads"], 2)
+        self.assertEqual(self.run_scene(scene, "--threads", 8)["options"]["threads"], 2)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

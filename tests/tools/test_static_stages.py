@@ -1,38 +1,32 @@
 """Static stages end with a verdict; stages have their own clock; every frame has its own time."""
-import csv
 import json
 import math
 import re
 import sys
 import unittest
 
-from folder_test import FolderTest
-
+from folder_test import FolderTest, block
 
 
 def slope(friction, stages, **more):
     a = math.radians(20)
-    return {"materials": {"rock": {"density": 2500, "young": 5e9, "poisson": 0.2}},
+    return {"materials": {"stone": {"density": 2500, "young": 5e9, "poisson": 0.2}},
             "joint": {"friction_angle_deg": friction}, "time_step": 0.01, "stages": stages,
             "gravity": [9.81 * math.sin(a), 0, -9.81 * math.cos(a)],
             "monitors": [{"name": "block", "block": "block"}],
-            "blocks": [{"name": "plane", "kind": "fixed",
-                        "shape": {"type": "box", "min": [-5, -5, -1], "max": [5, 5, 0]}},
-                       {"name": "block", "kind": "rigid", "material": "rock",
-                        "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}], **more}
+            "blocks": [block("plane", [-5, -5, -1], [5, 5, 0], "fixed"), block("block", [0, 0, 0], [1, 1, 1])], **more}
 
 
 def shear_wall(push):
     """Nine courses of bricks of 0.2 m between a base and a plate that bears 30 kN and is pushed sideways (N)."""
     def box(name, x, z, kind="rigid", group="brick"):
-        return {"name": name, "kind": kind, "joint_group": group, **({"material": "m"} if kind == "rigid" else {}),
-                "shape": {"type": "box", "min": [x[0], -0.1, z], "max": [x[1], 0.1, z + 0.1]}}
+        return block(name, [x[0], -0.1, z], [x[1], 0.1, z + 0.1], kind, joint_group=group)
 
     blocks = [box("base", (-0.2, 1.0), -0.1, "fixed", "base"), box("top", (-0.2, 1.0), 0.9, group="top")]
     for course in range(9):
         ends = [-0.1, 0.0, 0.2, 0.4, 0.6, 0.8, 0.9] if course % 2 == 0 else [-0.1, 0.1, 0.3, 0.5, 0.7, 0.9]
         blocks += [box(f"c{course}b{i}", x, 0.1 * course) for i, x in enumerate(zip(ends, ends[1:]))]
-    return {"gravity": [0, 0, 0], "materials": {"m": {"density": 1000}}, "blocks": blocks,
+    return {"gravity": [0, 0, 0], "materials": {"stone": {"density": 1000}}, "blocks": blocks,
             "joint": {"friction_angle_deg": math.degrees(math.atan(0.62))},
             "joints": [{"between": ["brick", "top"], "friction_angle_deg": math.degrees(math.atan(0.62)),
                         "cohesion": 3e5, "tension": 3e5}],
@@ -45,9 +39,8 @@ class StaticStages(FolderTest):
     def test_shear_wall(self):
         # The convex problem has its limit at 15789.47 N [linear programming; quoin limit proves it].
         for push, verdict, most in ((12000, "rest", 300), (15700, "rest", 300), (16000, "mechanism", 4000)):
-            done = self.run_scene(shear_wall(push), "--json")
-            summary = json.loads(done.stdout)
-            self.assertEqual((summary["stages"][0]["verdict"], done.returncode), (verdict, verdict != "rest"), push)
+            summary = self.run_scene(shear_wall(push), code=int(verdict != "rest"))
+            self.assertEqual(summary["stages"][0]["verdict"], verdict, push)
             self.assertLess(summary["factorizations"], most, push)
             self.assertEqual(summary["proof"] is not None, verdict == "mechanism")
 
@@ -58,19 +51,14 @@ class StaticStages(FolderTest):
         for side in ("stands", "falls"):
             self.assertAlmostEqual(report[side]["value"] / 15789.47366, 1, delta=2e-6)
 
-    def run_scene(self, scene, *arguments):
-        return self.quoin("run", self.written(scene), *arguments)
-
     def test_mechanism(self):
         seen = []
         for time_step in (1e-4, 1.0):
             scene = slope(19, [{"analysis": "static"}])
             scene["ties"] = [{"from": {"point": [0, 0, 9]}, "to": {"block": "block", "point": [0, 0, 1]}, "stiffness": 1,
                               "rest_length": 99}]  # slack: with a tie steps tell, no proof
-            done = self.run_scene(scene, "--json", "--set", f"/time_step={time_step}")
-            self.assertEqual(done.returncode, 1)
-            self.assertRegex(done.stderr, 'mechanism: block "block" has moved by 0\\.1')
-            summary = json.loads(done.stdout)
+            summary = self.run_scene(scene, "--set", f"/time_step={time_step}", code=1,
+                                     err='mechanism: block "block" has moved by 0.1')
             self.assertEqual(summary["status"], "mechanism")
             stage = summary["stages"][0]
             self.assertEqual((stage["verdict"], stage["travel_block"]), ("mechanism", "block"))
@@ -81,31 +69,27 @@ class StaticStages(FolderTest):
 
     def test_proof(self):
         """What no forces hold ends before its first step, with a mechanism that another program checks."""
-        out = self.folder / "out"
-        done = self.run_scene(slope(19, [{"analysis": "static"}]), "--json", "--out", out)
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, 'mechanism: no forces within friction and strength .* block "block" moves first')
-        summary = json.loads(done.stdout)
+        summary = self.run_scene(slope(19, [{"analysis": "static"}]), code=1, err=(
+            "mechanism: no forces within friction and strength ", ' block "block" moves first'))
         stage, proof = summary["stages"][0], summary["proof"]
         self.assertEqual((summary["status"], stage["verdict"], stage["steps"], stage["unbalance"]),
                          ("mechanism", "mechanism", 0, None))
         self.assertGreater(proof["power"], proof["dissipation"])
         self.assertLessEqual(proof["incompatibility"], 1e-8)
-        found = json.loads((out / "mechanism.json").read_text())
-        moving = [block for block in found["blocks"] if block["moves"]]
-        power = sum(block["density"] * g * v for block in moving for g, v in zip(found["gravity"], block["velocity"]))
+        found = json.loads((self.folder / "out" / "mechanism.json").read_text())
+        moving = [b for b in found["blocks"] if b["moves"]]
+        power = sum(b["density"] * g * v for b in moving for g, v in zip(found["gravity"], b["velocity"]))
         self.assertAlmostEqual(power, proof["power"], delta=1e-9 * proof["power"])
         gap = slope(19, [{"analysis": "static", "max_steps": 3}])
-        gap["blocks"].append({"name": "stop", "kind": "fixed", "shape": {"type": "box", "min": [1.05, -5, 0], "max": [2, 5, 1]}})
-        stopped = json.loads(self.run_scene(gap, "--json").stdout)  # 0.05 of the block away
+        gap["blocks"].append(block("stop", [1.05, -5, 0], [2, 5, 1], "fixed"))
+        stopped = self.run_scene(gap, code=1)  # 0.05 of the block away
         self.assertEqual((stopped["status"], stopped["stages"][0]["verdict"]), ("not_at_rest", "admissible"))
         self.assertIn("admissible", stopped["message"])
 
     def test_rest(self):
-        done = self.run_scene(slope(21, [{"analysis": "static"}]))
-        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.quoin("run", self.written(slope(21, [{"analysis": "static"}])), code=0)
         self.assertRegex(done.stdout, "stage 0: rest, unbalance [0-9.e-]+ in [0-9]+ steps")
-        self.assertIn("stage 0: mechanism", self.run_scene(slope(19, [{"analysis": "static"}])).stdout)
+        self.quoin("run", self.written(slope(19, [{"analysis": "static"}])), out="stage 0: mechanism")
 
     def test_walls_come_to_rest_in_few_solves(self):
         # At a tolerance of 1e-12 Newton's residual ends above it, in the rounding of stiffness times change: 3156 solves
@@ -133,30 +117,23 @@ class StaticStages(FolderTest):
             scene = slope(21, [{"analysis": "settle"}, *before, {"analysis": "dynamic", "end_time": 0.5 + 0.2 * len(before)}])
             push = {"type": "point", "block": "block", "point": [0.5, 0.5, 0.5],
                     "force": {"formula": [f"2e4*sin(20*{clock})", "0", "0"]}}
-            out = self.folder / "out"
-            done = self.run_scene({**scene, "loads": [push]}, "--json", "--out", out)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            return json.loads(done.stdout)["monitors"]["block"]["displacement"][0]
+            return self.run_scene({**scene, "loads": [push]})["monitors"]["block"]["displacement"][0]
         by_t = shaken("t")
         self.assertGreater(by_t, 1e-3)
         self.assertAlmostEqual(shaken("stage_time"), by_t, delta=1e-12)
-        still = slope(21, [{"analysis": "dynamic", "end_time": 0.2}])
-        self.assertEqual(self.run_scene(still).returncode, 0)
+        self.run_scene(slope(21, [{"analysis": "dynamic", "end_time": 0.2}]))
         twice = shaken("stage_time", {"analysis": "dynamic", "end_time": 0.2})
         self.assertNotAlmostEqual(twice, by_t, delta=1e-4)  # shaken for 0.2 s before
 
     def test_every_frame_has_its_own_time(self):
-        out = self.folder / "out"
         stages = [{"analysis": "settle"}, {"analysis": "static"}, {"analysis": "dynamic", "end_time": 0.1},
                   {"analysis": "static"}]
-        done = self.run_scene(slope(21, stages, output_interval=0.05), "--out", out)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        times = [float(t) for t in re.findall('timestep="([^"]+)"', (out / "blocks.pvd").read_text())]
+        self.run_scene(slope(21, stages, output_interval=0.05))
+        times = [float(t) for t in re.findall('timestep="([^"]+)"', (self.folder / "out/blocks.pvd").read_text())]
         self.assertEqual(len(set(times)), 6)
         for time, wanted in zip(times, (0, 5e-5, 1e-4, 0.05, 0.1, 0.10005)):
             self.assertAlmostEqual(time, wanted, delta=1e-12)
-        rows = csv.DictReader((out / "blocks.csv").read_text().splitlines())
-        stages_of_rows = {row["stage"]: float(row["time"]) for row in rows}
+        stages_of_rows = {row["stage"]: float(row["time"]) for row in self.rows("blocks.csv")}
         for stage, wanted in zip("0123", (0, 0, 0.1, 0.1)):
             self.assertAlmostEqual(stages_of_rows[stage], wanted, delta=1e-12)
 
