@@ -2,30 +2,26 @@
 
 usage: test_cut_command.py QUOIN SOURCE_DIR
 """
-import csv
 import sys
 import unittest
 
-from folder_test import FolderTest
+from folder_test import FolderTest, block, box
 
 
 def column(**changes):
     return {"gravity": [0, 0, -10], "materials": {"stone": {"density": 2000}},
             "joint": {"friction_angle_deg": 30}, "stages": [{"analysis": "static"}],
-            "blocks": [{"name": "ground", "kind": "fixed",
-                        "shape": {"type": "box", "min": [-1, -1, -1], "max": [2, 2, 0]}}],
+            "blocks": [block("ground", [-1, -1, -1], [2, 2, 0], "fixed")],
             "cut": {"name": "drum", "block": {"kind": "rigid", "material": "stone"},
-                    "body": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 2]},
+                    "body": box([0, 0, 0], [1, 1, 2]),
                     "cuts": [{"type": "joint_set", "name": "bed", "dip_deg": 0,
                               "origin": [0, 0, 0], "spacing": 0.5}], **changes}}
 
 
-def forces(folder):
-    with open(folder / "contacts.csv", encoding="utf-8") as file:
-        return [(row["name_a"], row["name_b"], row["normal_force"]) for row in csv.DictReader(file)]
-
-
 class Cut(FolderTest):
+    def forces(self, out):
+        return [(row["name_a"], row["name_b"], row["normal_force"]) for row in self.rows("contacts.csv", out)]
+
     def test_a_column(self):
         scene = self.written(column())
         told = self.told("cut", scene)
@@ -34,8 +30,8 @@ class Cut(FolderTest):
         self.told("cut", scene, "--out", "blocks.json")
         for source in ("scene", "blocks"):
             self.told("run", f"{source}.json", "--out", source)
-        self.assertEqual(forces(self.folder / "scene"), forces(self.folder / "blocks"))
-        bottom = sum(float(f) for a, b, f in forces(self.folder / "scene") if "ground" in (a, b))
+        self.assertEqual(self.forces("scene"), self.forces("blocks"))
+        bottom = sum(float(f) for a, b, f in self.forces("scene") if "ground" in (a, b))
         self.assertAlmostEqual(bottom, 40000, delta=1e-6)  # N
         self.told("cut", scene, "--out", "blocks.obj")
         lines = (self.folder / "blocks.obj").read_text(encoding="utf-8").splitlines()

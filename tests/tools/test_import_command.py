@@ -2,12 +2,11 @@
 
 usage: test_import_command.py QUOIN SOURCE_DIR
 """
-import csv
 import json
 import sys
 import unittest
 
-from folder_test import FolderTest
+from folder_test import FolderTest, block, box
 
 CORNERS = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]  # an L in x, z
 
@@ -20,20 +19,12 @@ def ell(x=0.0):
     return "\n".join(lines) + "\n"
 
 
-def box(low, high):
-    return {"type": "box", "min": low, "max": high}
-
-
-FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-5, -5, -1], [5, 5, 0])}
+FLOOR = block("floor", [-5, -5, -1], [5, 5, 0], "fixed")
 
 
 class Import(FolderTest):
-    def run_scene(self, scene, name="scene"):
-        (self.folder / f"{name}.json").write_text(json.dumps(scene))
-        done = self.quoin("run", f"{name}.json", "--out", name, "--json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        with open(self.folder / name / "blocks.csv", encoding="utf-8") as file:
-            return json.loads(done.stdout), list(csv.DictReader(file))
+    def results(self, scene):
+        return self.run_scene(scene), self.rows("blocks.csv")
 
     def scene_with(self, blocks, **more):
         return {"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
@@ -41,19 +32,17 @@ class Import(FolderTest):
 
     def test_an_ell_is_split_and_stands(self):
         (self.folder / "ell.obj").write_text(ell())
-        done = self.quoin("split", "ell.obj", "--density", 2000, "--out", "split.json")
-        self.assertEqual((done.returncode, done.stderr), (0, "1 blocks (0 fixed; 1 of 2 convex parts), 4 m3\n"))
+        self.quoin("split", "ell.obj", "--density", 2000, "--out", "split.json", code=0,
+                   says="1 blocks (0 fixed; 1 of 2 convex parts), 4 m3\n")
         scene = json.loads((self.folder / "split.json").read_text())
         self.assertEqual(len(scene["blocks"][0]["parts"]), 2)
         scene = self.scene_with([{**scene["blocks"][0], "material": "stone"}])
-        told, rows = self.run_scene(scene)
+        told, rows = self.results(scene)
         self.assertAlmostEqual(told["base_reaction"][2], -80000, delta=1e-3)
         self.assertAlmostEqual(float(rows[1]["volume"]), 4, delta=1e-12)
         self.assertAlmostEqual(float(rows[1]["x"]), 0.75, delta=1e-9)
-        checked = self.quoin("check", "scene.json", "--json")
-        self.assertEqual(checked.returncode, 0, checked.stderr)
-        self.assertEqual(json.loads(checked.stdout)["without_support"], [])
-        self.assertEqual(self.quoin("import", "ell.obj", "--out", "split.json").returncode, 1)  # it is there
+        self.assertEqual(self.told("check", "scene.json")["without_support"], [])
+        self.quoin("import", "ell.obj", "--out", "split.json", code=1)  # it is there
 
     def test_parts_join_and_a_split_file_are_one_block(self):
         (self.folder / "ell.obj").write_text(ell())
@@ -63,7 +52,7 @@ class Import(FolderTest):
                 "join": self.scene_with([{"name": "a1", **stone, "shape": low}, {"name": "b", **stone, "shape": high}],
                                         join=[{"blocks": ["a*", "b"], "name": "ell"}]),
                 "file": self.scene_with([{"file": "ell.obj", "split": True, **stone}])}
-        found = {name: self.run_scene(scene, name) for name, scene in ways.items()}
+        found = {name: self.results(scene) for name, scene in ways.items()}
         for name, (told, rows) in found.items():
             self.assertEqual([row["name"] for row in rows], ["floor", "ell"], name)
             for key in ("x", "z", "mass"):
@@ -74,8 +63,8 @@ class Import(FolderTest):
         for high, said in ((1, 0), (0.9, 1)):
             stone = {"name": "tee", "kind": "rigid", "material": "stone",
                      "parts": [box([0, 0, 0], [2, 1, 1]), box([0.5, 0, high], [1.5, 1, 2])]}
-            (self.folder / "scene.json").write_text(json.dumps(self.scene_with([stone])))
-            for done in (self.quoin("check", "scene.json"), self.quoin("run", "scene.json")):
+            for command in ("check", "run"):
+                done = self.quoin(command, self.written(self.scene_with([stone])))
                 self.assertEqual((done.stdout + done.stderr).count(
                     'block "tee": its parts 0 and 1 overlap by 0.1 m, more than 1e-3 of the smaller one'), said)
 
@@ -84,11 +73,8 @@ class Import(FolderTest):
         high = [f"{x},{y},{z}" for x in (0, 1) for y in (1, 2) for z in (0, 1)]
         (self.folder / "bricks.txt").write_text(
             "0,1,1,1,1800, 0,0,0, 0,0,0, " + ", ".join(cube) + "\n1,0,1,1,1700, 0,0,0, 0,0,0, " + ", ".join(high) + "\n")
-        done = self.quoin("import", "bricks.txt", "--format", "chrono", "--out", "bricks.json")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        told = self.quoin("run", "bricks.json", "--json")
-        self.assertEqual(told.returncode, 0, told.stderr)
-        self.assertAlmostEqual(json.loads(told.stdout)["base_reaction"][1], -1700 * 9.81, delta=1e-6)
+        self.quoin("import", "bricks.txt", "--format", "chrono", "--out", "bricks.json", code=0)
+        self.assertAlmostEqual(self.told("run", "bricks.json")["base_reaction"][1], -1700 * 9.81, delta=1e-6)
 
 
 unittest.main(argv=[sys.argv[0]], verbosity=2)

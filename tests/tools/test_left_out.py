@@ -2,28 +2,18 @@
 import sys
 import unittest
 
-from folder_test import FolderTest
+from folder_test import FolderTest, block
+
+
+def brick(x, z, kind="deformable", **changes):
+    return block(f"b{x},{z}", [x, 0, z], [x + 1, 1, z + 1], kind, **changes)
 
 
 def scene(**changes):
     """Block on a slab: deformable, with friction, dynamic."""
-    result = {
-        "materials": {"rock": {"density": 2600, "young": 5e9, "poisson": 0.25}},
-        "joint": {"friction_angle_deg": 30},
-        "blocks": [
-            {"kind": "fixed", "shape": {"type": "box", "min": [-2, -2, -1], "max": [3, 3, 0]}},
-            {"material": "rock", "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}},
-        ],
-        "time_step": 0.01,
-        "end_time": 0.2,
-    }
-    result.update(changes)
-    return result
-
-
-def brick(x, z, **changes):
-    shape = {"type": "box", "min": [x, 0, z], "max": [x + 1, 1, z + 1]}
-    return {"material": "rock", "shape": shape, **changes}
+    return {"materials": {"stone": {"density": 2600, "young": 5e9, "poisson": 0.25}},
+            "joint": {"friction_angle_deg": 30}, "time_step": 0.01, "end_time": 0.2,
+            "blocks": [block("slab", [-2, -2, -1], [3, 3, 0], "fixed"), brick(0, 0)], **changes}
 
 
 class LeftOut(FolderTest):

@@ -1,18 +1,12 @@
 """Ties and water: what files and lines tell of them. What blocks do is in tools/scenes, what is refused in bad_inputs."""
-import csv
-import json
 import math
 import sys
 import unittest
 
-from folder_test import FolderTest
+from folder_test import FolderTest, block, box
 
 G, STONE = 9.81, {"stone": {"density": 2400, "young": 1e10, "poisson": 0.2}}
 STATIC = [{"analysis": "static"}]
-
-
-def box(low, high):
-    return {"type": "box", "min": low, "max": high}
 
 
 def scene(blocks, stages=STATIC, friction=30, **more):
@@ -21,19 +15,13 @@ def scene(blocks, stages=STATIC, friction=30, **more):
 
 
 def cube(kind, name="cube", low=(0, 0, 0), high=(1, 1, 1)):
-    return {"name": name, "kind": kind, "material": "stone", "shape": box(list(low), list(high))}
+    return block(name, low, high, kind)
 
 
-FLOOR = {"name": "floor", "kind": "fixed", "shape": box([-20, -20, -1], [20, 20, 0])}
+FLOOR = block("floor", [-20, -20, -1], [20, 20, 0], "fixed")
 
 
 class Loads(FolderTest):
-    def command(self, name, document, *options):
-        return self.quoin(name, self.written(document), "--json", *options)
-
-    def run_scene(self, document):
-        return self.told("run", self.written(document), "--out", "out")
-
     def near(self, value, exact, relative):
         self.assertLessEqual(abs(value - exact), relative * abs(exact), (value, exact))
 
@@ -43,7 +31,7 @@ class Loads(FolderTest):
                    "young": 2e11, "area": 1e-3}
             summary = self.run_scene(scene([cube(kind)], ties=[tie]))
             self.near(summary["ties"][0]["length"] - 4.5, 2400 * G * 4.5 / 2e8, 1e-4)
-            rows = list(csv.DictReader((self.folder / "out" / "ties.csv").read_text().splitlines()))
+            rows = self.rows("ties.csv")
             self.assertEqual((rows[0]["state"], rows[-1]["name"], rows[-1]["state"]), ("slack", "rod", "elastic"))
             self.assertEqual(float(rows[-1]["force"]), summary["ties"][0]["force"])
             self.assertTrue((self.folder / "out" / "ties_000000.vtp").exists())
@@ -76,12 +64,11 @@ class Loads(FolderTest):
         far = {"type": "disc", "name": "far", "dip_deg": 0, "centre": [0, 0, 9], "radius": 1}
         cut = {"block": {"kind": "fixed", "material": "stone"}, "body": box([0, 0, 0], [1, 1, 1]), "cuts": [far]}
         missed = scene([FLOOR, cube("rigid", low=(2, 0, 0), high=(3, 1, 1))], cut=cut)  # of many, one may miss
-        self.assertIn('/cut/cuts/0: "far" cuts no block', self.command("run", missed).stderr)
+        self.run_scene(missed, err='/cut/cuts/0: "far" cuts no block')
         over = [FLOOR, cube("rigid"), cube("rigid", "b", (0.6, 0, 1), (2.6, 1, 2))]
-        done = self.command("run", scene(over, [{"analysis": "static", "on_mechanism": "remove"},
-                                                {"analysis": "static", "loads": [load]}]))
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("b: its loads act on nothing: it came loose in stage 0", done.stderr)
+        self.run_scene(scene(over, [{"analysis": "static", "on_mechanism": "remove"},
+                                    {"analysis": "static", "loads": [load]}]),
+                       err="b: its loads act on nothing: it came loose in stage 0")
 
     def test_slips_of_units_are_told(self):
         tie = {"from": {"point": [0.5, 0.5, 5]}, "to": {"block": "cube", "point": [0.5, 0.5, 0.5]}, "stiffness": 1}
@@ -93,10 +80,8 @@ class Loads(FolderTest):
                            ({"ties": [{**tie, "break_strain": 5}]}, "/ties/0/break_strain: 5 by rest length: 0.05 is 5 %"),
                            ({"monitors": [{"name": "m", "block": "cube", "point": [3, 0, 0]}]},
                             'block "cube": monitor at (3, 0, 0) m is 2 m or more outside it')):
-            done = self.command("run", scene(blocks, **more))
-            self.assertEqual(done.returncode, 0, done.stderr)
+            done = self.quoin("run", self.written(scene(blocks, **more)), code=0, err=line)
             self.assertEqual(done.stderr.count("\n"), 1 if line else 0, done.stderr)
-            self.assertIn(line, done.stderr)
 
     def test_what_hangs_comes_to_rest_beyond_a_tenth_of_its_size(self):
         for kind in ("rigid", "deformable"):
@@ -108,8 +93,7 @@ class Loads(FolderTest):
             self.near(summary["ties"][0]["length"], 3.4 + 2400 * G / 1e7, 1e-6)
             stage["until_moved"] = 0.3
             self.assertEqual(self.run_scene(scene([cube(kind)], [stage], ties=[tie]))["stages"][0]["ended_by"], "moved")
-            done = self.command("run", scene([cube(kind)], ties=[tie]))
-            self.assertIn("mechanism", done.stderr)
+            self.run_scene(scene([cube(kind)], ties=[tie]), code=1, err="mechanism")
 
 
 unittest.main(argv=sys.argv[:1] + sys.argv[3:])

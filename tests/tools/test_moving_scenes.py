@@ -2,8 +2,6 @@
 
 usage: test_moving_scenes.py QUOIN SOURCE_DIR
 """
-import csv
-import json
 import pathlib
 import sys
 import unittest
@@ -18,17 +16,15 @@ from moving_scenes import hull_pile, jointed_slope, pile, struck_wall, vault  # 
 class MovingScenes(FolderTest):
     def moves(self, document, blocks, loose=(), growth=1e-9):
         """`blocks`: that move; `loose`: that touch nothing that holds them. Displacements by name, m."""
-        scene, run = self.written(document), self.folder / "run"
         self.assertEqual(sum(block["kind"] == "rigid" for block in document["blocks"]), blocks)
-        report = self.told("check", scene)
+        report = self.told("check", self.written(document))
         self.assertEqual(report["contacts"]["overlaps"], [])
         self.assertEqual(sorted(report["without_support"]), sorted(loose))
-        summary = self.told("run", scene, "--out", run)
+        summary = self.run_scene(document)
         self.assertEqual((summary["status"], summary["unconverged_steps"]), ("completed", 0))
         self.assertLess(summary["largest_overlap"], 1e-6)
         self.assertLess(summary["energy"]["growth"], growth * summary["energy"]["scale"])
-        with open(run / "blocks.csv", encoding="utf-8") as file:
-            return {row["name"]: [float(row[key]) for key in ("ux", "uy", "uz")] for row in csv.DictReader(file)}
+        return {row["name"]: [float(row[key]) for key in ("ux", "uy", "uz")] for row in self.rows("blocks.csv")}
 
     def test_a_vault_falls_where_its_pier_is_gone(self):
         moved = self.moves(vault(9, 6, 3, 0.05), 5 * 6 + 4 * 7)
@@ -53,8 +49,7 @@ class MovingScenes(FolderTest):
             document["joint"]["friction_angle_deg"] = degrees
             with self.subTest(degrees=degrees):
                 self.moves(document, 12, [f"box{i}" for i in range(12)], growth=1e-7)
-                summary = json.loads((self.folder / "run" / "summary.json").read_text())
-                self.assertEqual(summary["flags"], [])
+                self.assertEqual(self.summary()["flags"], [])
 
     def test_a_cube_hits_a_wall(self):
         moved = self.moves(struck_wall(4, 5, 0.02), 23, ["cube"])

@@ -1,10 +1,8 @@
 """Functions of time from CSV files, jumps in tables, baseline correction: against exact integrals."""
-import json
 import sys
 import unittest
 
-
-from folder_test import FolderTest
+from folder_test import FolderTest, block
 
 # Time (s) and acceleration (g) of a record; no multiple of the time step.
 RECORD = [(0.0, 0.0), (0.13, 0.4), (0.21, -0.7), (0.37, 0.2), (0.6, 0.1)]
@@ -26,17 +24,13 @@ class Records(FolderTest):
         lines = ['"t", ax ,note'] + [f"{t}, {a},x" for t, a in RECORD]
         (self.folder / "quake.csv").write_text("\ufeff" + "\r\n".join(lines) + "\r\n", encoding="utf-8")
 
-    def run_scene(self, motion, **more):
-        box = {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
-        scene = {"time_step": 0.1, "end_time": 0.6, "monitors": [{"name": "table", "block": "table"}],
-                 "blocks": [{"name": "table", "kind": "prescribed", "shape": box, "motion": motion}],
-                 **more}
-        return self.quoin("run", self.written(scene), "--json")
+    def scene(self, **more):
+        return {"time_step": 0.1, "end_time": 0.6, "monitors": [{"name": "table", "block": "table"}],
+                "materials": {"stone": {"density": 2000}}, **more}
 
     def end_of(self, motion, **more):
-        done = self.run_scene(motion, **more)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return json.loads(done.stdout)["monitors"]["table"]
+        table = block("table", [0, 0, 0], [1, 1, 1], "prescribed", motion=motion)
+        return self.run_scene(self.scene(blocks=[table], **more))["monitors"]["table"]
 
     def record(self, **more):
         return {"csv": "quake.csv", "time": "t", "value": "ax", **more}
@@ -63,12 +57,9 @@ class Records(FolderTest):
 
     def test_a_load_that_skips_values_is_told(self):
         load = {"type": "point", "block": "table", "point": [0.5, 0.5, 0.5], "force": self.record()}
-        blocks = [{"name": "table", "kind": "rigid", "material": "stone",
-                   "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}]
+        blocks = [block("table", [0, 0, 0], [1, 1, 1])]
         for time_step, said in ((0.3, "/loads/0/force: a value each 0.15 s, taken once a time step of 0.3 s"), (0.1, "")):
-            done = self.run_scene({}, materials={"stone": {"density": 2000}}, blocks=blocks, loads=[load],
-                                  time_step=time_step)
-            self.assertIn(said, done.stderr)
+            done = self.quoin("run", self.written(self.scene(blocks=blocks, loads=[load], time_step=time_step)), err=said)
             self.assertEqual(bool(said), bool(done.stderr))
 
     def test_a_table_may_jump(self):
