@@ -1,7 +1,9 @@
 """A scene, or a case file, turned by 47 degrees about a slanting axis and two million metres away: what it must come to
-stays, since references and formulas are in its own axes."""
+stays, since references and formulas are in its own axes. And what is wrong with a run of a scene with references."""
+import json
 import math
 import re
+import subprocess
 
 AXIS, ANGLE, FAR = [1, 2, -0.5], 47.0, [0, 0, 0]
 VECTORS = {"gravity", "velocity", "angular_velocity", "acceleration", "displacement", "rotation", "force", "traction", "towards", "along"}
@@ -92,3 +94,26 @@ def elsewhere(scene):
     there = scene.get("cases", {}).get("elsewhere", True)
     FAR[:] = [1e6, -2e6, 5e5] if there is True else there
     return placed({"gravity": [0, 0, -9.81], **scene})
+
+
+LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
+PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
+
+
+def failures_of(quoin, name, path, noise=0.0, overlap=math.inf):
+    """Flags, references that are not met, an overlap (m), a ledger that does not close (`noise`: in J), losses below 0."""
+    done = subprocess.run([quoin, "run", path, "--json"], capture_output=True, text=True)
+    if done.returncode != 0:
+        return [f"{name}: {done.stderr.strip()}"]
+    summary = json.loads(done.stdout)
+    found = [f"{name}: flag {flag}" for flag in summary["flags"]]
+    found += [f"{name}: {r['name']}: error {r['error']:.3g}, allowed {r['allowed']}"
+              for r in summary["references"] if not (r["ok"] and r["steps_compared"] > 0)]
+    if not summary["largest_overlap"] < overlap:
+        found.append(f"{name}: overlap {summary['largest_overlap']:.3g} m")
+    energy = summary["energy"]
+    turned_over = sum(abs(energy[part]) for part in PARTS)
+    if not abs(energy["closure"]) <= 1e-5 * turned_over + noise:
+        found.append(f"{name}: the ledger is off by {energy['closure']:.3g} J of {turned_over:.3g} J")
+    return found + [f"{name}: {loss} {energy[loss]:.3g} J" for loss in LOSSES
+                    if not energy[loss] >= -1e-7 * turned_over - noise]

@@ -3,16 +3,15 @@ Case files with `elsewhere` in their `cases` come to what they say turned and fa
 they are). A case file of `quoin validate` that says something wrong fails, and says what."""
 import copy
 import json
+import math
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-from elsewhere import elsewhere
+from elsewhere import elsewhere, failures_of
 
 quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
-LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
-PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
 failures = []
 scenes = sorted(scene for kind in ("cases", "study") for scene in (root / "tools/scenes" / kind).glob("*.json"))
 files = {scene: json.loads(scene.read_text()) for scene in scenes if '"cases"' in scene.read_text()}
@@ -27,22 +26,7 @@ with tempfile.TemporaryDirectory() as folder:
     if done.returncode != 0 and not failures:
         failures.append(done.stderr.strip())
 for scene in (scene for scene in scenes if scene not in files):
-    done = subprocess.run([quoin, "run", scene, "--json"], capture_output=True, text=True)
-    if done.returncode != 0:
-        failures.append(f"{scene.name}: {done.stderr.strip()}")
-        continue
-    summary = json.loads(done.stdout)
-    failures += [f"{scene.name}: flag {flag}" for flag in summary["flags"]]
-    failures += [f"{scene.name}: {r['name']}: error {r['error']:.3g}, allowed {r['allowed']}"
-                 for r in summary["references"] if not (r["ok"] and r["steps_compared"] > 0)]
-    if scene.parent.name == "study" and not summary["largest_overlap"] < 1e-12:
-        failures.append(f"{scene.name}: overlap {summary['largest_overlap']:.3g} m")
-    energy = summary["energy"]
-    turned_over = sum(abs(energy[part]) for part in PARTS)
-    if not abs(energy["closure"]) <= 1e-5 * turned_over + 1e-9:
-        failures.append(f"{scene.name}: the ledger is off by {energy['closure']:.3g} J of {turned_over:.3g} J")
-    failures += [f"{scene.name}: {loss} {energy[loss]:.3g} J" for loss in LOSSES
-                 if not energy[loss] >= -1e-7 * turned_over - 1e-9]
+    failures += failures_of(quoin, scene.name, scene, 1e-9, 1e-12 if scene.parent.name == "study" else math.inf)
 
 CASE = json.loads((root / "tools/scenes/validation/V03.json").read_text())
 

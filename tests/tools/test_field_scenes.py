@@ -7,11 +7,9 @@ import subprocess
 import sys
 import tempfile
 
-from elsewhere import elsewhere
+from elsewhere import elsewhere, failures_of
 
 quoin, root = sys.argv[1], pathlib.Path(sys.argv[2])
-LOSSES = ["friction_loss", "impact_loss", "algorithmic_loss"]
-PARTS = ["kinetic", "potential", "strain", "contact", "work", *LOSSES]
 
 
 def soft_elsewhere(scene):
@@ -41,32 +39,14 @@ def factor_failures(name, path):
         f"{name}: factor of safety {exact} is not between {sudden['holds']} and {sudden['lost']}"]
 
 
-def failures_of(name, path):
-    done = subprocess.run([quoin, "run", path, "--json"], capture_output=True, text=True)
-    if done.returncode != 0:
-        return [f"{name}: {done.stderr.strip()}"]
-    summary = json.loads(done.stdout)
-    found = [f"{name}: flag {flag}" for flag in summary["flags"]]
-    found += [f"{name}: {r['name']}: error {r['error']:.3g}, allowed {r['allowed']}"
-              for r in summary["references"] if not (r["ok"] and r["steps_compared"] > 0)]
-    energy = summary["energy"]
-    turned_over = sum(abs(energy[part]) for part in PARTS)
-    if not abs(energy["closure"]) <= 1e-5 * turned_over:
-        found.append(f"{name}: the ledger is off by {energy['closure']:.3g} J of {turned_over:.3g} J")
-    for loss in LOSSES:
-        if not energy[loss] >= -1e-7 * turned_over:
-            found.append(f"{name}: {loss} {energy[loss]:.3g} J")
-    return found
-
-
 failures = []
 scenes = sorted((root / "tools/scenes/field").glob(sys.argv[3] if len(sys.argv) > 3 else "*.json"))
 with tempfile.TemporaryDirectory() as folder:
     for scene in scenes:
-        failures += failures_of(scene.stem, scene)
+        failures += failures_of(quoin, scene.stem, scene)
         copy = pathlib.Path(folder) / scene.name
         copy.write_text(json.dumps(soft_elsewhere(json.loads(scene.read_text()))))
-        failures += failures_of(f"{scene.stem} elsewhere", copy)
+        failures += failures_of(quoin, f"{scene.stem} elsewhere", copy)
         if scene.stem in FACTORS:
             failures += factor_failures(scene.stem, copy)
             copy.write_text(scene.read_text())

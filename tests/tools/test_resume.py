@@ -43,8 +43,7 @@ class Resume(FolderTest):
 
     def plain(self, scene):
         start = time.monotonic()
-        subprocess.run([QUOIN, "run", *scene, "--out", self.folder / "plain"], timeout=120,
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.quoin("run", *scene, "--out", "plain")
         return digest(self.folder / "plain"), time.monotonic() - start
 
     def start(self, *arguments):
@@ -54,16 +53,14 @@ class Resume(FolderTest):
     def checkpoints(self):
         return list(self.folder.glob("out*/checkpoint.bin"))
 
-    def finish(self, wanted, *arguments):
-        process = self.start("--resume", self.out, *arguments)
-        said = process.communicate(timeout=120)[1]
-        self.assertEqual(process.returncode, 0, said)
+    def finish(self, wanted):
+        self.quoin("run", "--resume", self.out, code=0)
         self.assertEqual(digest(self.out), wanted)
         self.assertEqual({p.name for p in self.folder.iterdir()}, {"out", "plain"})
 
     def kill_and_resume(self, scene, kills):
         wanted, seconds = self.plain(scene)
-        arguments = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+        whole = arguments = [*scene, "--out", self.out, "--checkpoint", "0.01"]
         done = 0
         while done < kills:
             process = self.start(*arguments)
@@ -71,12 +68,11 @@ class Resume(FolderTest):
                 said = process.communicate(timeout=random.uniform(0.2, 0.6) * seconds)[1]
                 self.assertEqual(process.returncode, 0, said)
                 self.assertEqual(digest(self.out), wanted)
-                arguments = [*scene, "--out", self.out, "--checkpoint", "0.01"]
+                arguments = whole
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.communicate()
                 done += 1
-                whole = [*scene, "--out", self.out, "--checkpoint", "0.01"]
                 arguments = ["--resume", self.out] if self.checkpoints() else whole
         if arguments[0] == "--resume":
             self.finish(wanted)
@@ -99,7 +95,7 @@ class Resume(FolderTest):
             os.kill(process.pid, number)
             said = process.communicate(timeout=60)[1]
             self.assertEqual((process.returncode, said), (1, "quoin: interrupted\n"))
-            summary = json.loads((self.out / "summary.json").read_text())
+            summary = self.summary()
             self.assertEqual((summary["status"], summary["verdict"]), ("interrupted", "failed"))
             self.assertFalse(summary["stages"][-1]["done"])
         self.finish(wanted)
@@ -107,17 +103,14 @@ class Resume(FolderTest):
     def test_time_limit_before_the_first_step_of_a_static_stage(self):
         scene = [SCENES / "study" / "arch.json"]
         wanted, _ = self.plain(scene)
-        process = self.start(*scene, "--out", self.out, "--max-seconds", "0")
-        said = process.communicate(timeout=60)[1]
-        self.assertEqual(process.returncode, 1)
-        self.assertIn("quoin: the time limit is over", said)
-        self.assertEqual(json.loads((self.out / "summary.json").read_text())["status"], "time_limit")
+        self.quoin("run", *scene, "--out", self.out, "--max-seconds", "0", code=1, err="quoin: the time limit is over")
+        self.assertEqual(self.summary()["status"], "time_limit")
         self.finish(wanted)
 
     def test_contact_problems_are_written_on(self):
         scene = [*SLOW, "--dump-steps", "20"]
         wanted, _ = self.plain(scene)
-        self.start(*scene, "--out", self.out, "--max-seconds", "0").communicate(timeout=60)
+        self.quoin("run", *scene, "--out", self.out, "--max-seconds", "0")
         self.assertFalse(list(self.out.glob("contact_problem_*")))
         self.finish(wanted)
 
@@ -134,29 +127,21 @@ class Resume(FolderTest):
             spoilt = bytearray(whole)
             spoilt[place] ^= 1
             file.write_bytes(spoilt)
-            process = self.start("--resume", self.out)
-            said = process.communicate(timeout=60)[1]
-            self.assertEqual(process.returncode, 1, said)
-            self.assertIn("checkpoint.bin: the checkpoint is damaged", said)
+            self.quoin("run", "--resume", self.out, code=1, err="checkpoint.bin: the checkpoint is damaged")
         file.write_bytes(whole)
-        process = self.start("--resume", self.out, "--max-seconds", "0")
-        self.assertIn("the time limit is over", process.communicate(timeout=60)[1])
+        self.quoin("run", "--resume", self.out, "--max-seconds", "0", err="the time limit is over")
 
     def test_what_can_not_be_resumed(self):
         scene = self.folder / "scene.json"
         scene.write_text((SCENES / "paper" / "five_blocks.json").read_text())
-        self.start(scene, "--out", self.out, "--max-seconds", "0").communicate(timeout=60)
+        self.quoin("run", scene, "--out", self.out, "--max-seconds", "0")
         scene.write_text(scene.read_text() + "\n")
         for spoil, words in ((lambda: None, "was changed since the checkpoint"),
                              (lambda: os.truncate(self.out / "checkpoint.bin", 1000),
                               "checkpoint.bin: was changed since quoin wrote it"),
                              (lambda: (self.out / "checkpoint.bin").unlink(), "no checkpoint")):
             spoil()
-            process = self.start("--resume", self.out)
-            said = process.communicate(timeout=60)[1]
-            self.assertEqual(process.returncode, 1)
-            self.assertIn(words, said)
-            self.assertEqual(said.count("\n"), 1)
+            self.assertEqual(self.quoin("run", "--resume", self.out, code=1, err=words).stderr.count("\n"), 1)
             self.assertEqual({p.name for p in self.folder.iterdir()}, {"out", "scene.json"})
 
 
