@@ -1,5 +1,4 @@
 """`mpirun -n 1, 2, 4 quoin run --mpi`: the answer of one process, files in pieces, one end for all ranks."""
-import csv
 import json
 import os
 import pathlib
@@ -15,30 +14,24 @@ QUOIN, SOURCE, MPIRUN = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 INCLINE = SOURCE / "tools" / "scenes" / "paper" / "incline.json"
 sys.path += [str(SOURCE / "tools"), str(SOURCE / "tests" / "tools")]
 import vtk_file  # noqa: E402
-from folder_test import FolderTest, read_by_vtk  # noqa: E402
+from folder_test import FolderTest, block, read_by_vtk  # noqa: E402
 
 SLIDE = {"materials": {"stone": {"density": 2400}}, "joint": {"friction_angle_deg": 20},
-         "time_step": 0.01, "end_time": 0.06,
-         "blocks": [{"name": "ground", "kind": "fixed",
-                     "shape": {"type": "box", "min": [-5, -5, -1], "max": [5, 5, 0]}},
-                    {"name": "slider", "kind": "rigid", "material": "stone", "velocity": [1, 0.5, 0],
-                     "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}]}
+         "time_step": 0.01, "end_time": 0.06, "blocks": [block("ground", [-5, -5, -1], [5, 5, 0], "fixed"),
+                                                         block("slider", [0, 0, 0], [1, 1, 1], velocity=[1, 0.5, 0])]}
 # A fixed base that stages release, with what a block of another process bears on it.
-STONE = {"name": "stone", "kind": "rigid", "material": "rock",
-         "shape": {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}}
-BASE = {"name": "base", "kind": "fixed", "material": "rock",
-        "shape": {"type": "box", "min": [-1, 0, -1], "max": [11, 1, 0]}}
-GROUND = {"name": "ground", "kind": "fixed", "material": "rock",
-          "shape": {"type": "box", "min": [-20, -10, -2], "max": [40, 10, -1]}}
-RELEASED = {"materials": {"rock": {"density": 2500}}, "joint": {"friction_angle_deg": 30}, "time_step": 0.01,
+STONE, BASE = block("stone", [0, 0, 0], [1, 1, 1]), block("base", [-1, 0, -1], [11, 1, 0], "fixed")
+GROUND = block("ground", [-20, -10, -2], [40, 10, -1], "fixed")
+RELEASED = {"materials": {"stone": {"density": 2500}}, "joint": {"friction_angle_deg": 30}, "time_step": 0.01,
             "blocks": [STONE, BASE, GROUND], "stages": [
                 {"name": "held", "analysis": "dynamic", "duration": 0.1},
                 {"name": "free", "analysis": "dynamic", "duration": 0.2,
                  "overrides": [{"blocks": "base", "kind": "rigid"}]}]}
 PUSH = {"type": "body", "block": "stone"}
-SUNK = {**STONE, "shape": {"type": "box", "min": [0, 0, -0.002], "max": [1, 1, 1]}}
+SUNK = block("stone", [0, 0, -0.002], [1, 1, 1])
 GLUED = {"gravity": [0, 0, 0], "blocks": [STONE, BASE], "loads": [{**PUSH, "force": [0, 0, 2500]}],
          "joint": {"friction_angle_deg": 30, "cohesion": 1e6, "tension": 1e6}}
+FILES = ("blocks.csv", "contacts.csv", "history.csv")
 PLACES = ("x", "y", "z", "ux", "uy", "uz", "rx", "ry", "rz", "vx", "vy", "vz")
 READ_BY_PICTURE = """
 import sys
@@ -78,14 +71,18 @@ def runs(process):
 class MpiRun(FolderTest):
     def make(self, kind, *arguments):
         scene = self.folder / f"{kind}.json"
-        subprocess.run([QUOIN, "make", kind, "--out", scene, *arguments], check=True, capture_output=True)
+        self.quoin("make", kind, "--out", scene, *arguments, code=0)
         return scene
 
     def alone(self, scene, *arguments, ends=(0,)):
-        out = self.folder / "alone"
-        done = subprocess.run([QUOIN, "run", scene, "--out", out, *arguments], check=False, capture_output=True)
+        done = self.quoin("run", scene, "--out", "alone", *arguments)
         self.assertIn(done.returncode, ends, done.stderr)
-        return out
+        return self.folder / "alone"
+
+    def check_bits(self, one, out):
+        for file in FILES:
+            with self.subTest(out=out.name, file=file):
+                self.assertEqual((one / file).read_bytes(), (out / file).read_bytes())
 
     def check_same(self, scene, solvers, *arguments, least_motion):
         one = self.alone(scene, *arguments)
@@ -103,7 +100,7 @@ class MpiRun(FolderTest):
                 shutil.rmtree(out)
 
     def difference(self, one, other, least_motion):
-        tables = [list(csv.DictReader((out / "blocks.csv").read_text().splitlines())) for out in (one, other)]
+        tables = [self.rows("blocks.csv", out) for out in (one, other)]
         self.assertEqual(*(len(table) for table in tables))
         moved = max(abs(float(row[k])) for row in tables[0] for k in ("ux", "uy", "uz"))
         self.assertGreater(moved, least_motion)  # there is something to compare
@@ -129,19 +126,15 @@ class MpiRun(FolderTest):
                       self.make("vault", "--end-time", "0.01")):
             one, out = self.alone(scene), self.folder / f"{scene.stem}_parts"
             self.assertEqual(run(2, scene, "--out", out).returncode, 0)
-            for name in ("blocks.csv", "contacts.csv", "history.csv"):
-                with self.subTest(scene=scene.name, file=name):
-                    self.assertEqual((one / name).read_bytes(), (out / name).read_bytes())
+            self.check_bits(one, out)
 
     def test_crowds_keep_every_bit(self):
         # Contacts that attempts find late (rocks in a bin), and velocities of a crowd whose contacts open.
         for scene in (self.make("bin", "--blocks", "40", "--end-time", "0.35"),
                       self.make("struck-wall", "--length", "2.4", "--height", "1", "--end-time", "0.015")):
-            one, out = self.alone(scene, ends=(0, 1)), self.folder / "out"
+            one, out = self.alone(scene, ends=(0, 1)), self.folder / f"{scene.stem}_parts"
             run(2, scene, "--out", out)  # cut before it rests
-            for name in ("blocks.csv", "contacts.csv", "history.csv"):
-                with self.subTest(scene=scene.name, file=name):
-                    self.assertEqual((one / name).read_bytes(), (out / name).read_bytes())
+            self.check_bits(one, out)
 
     def test_blocks_that_are_released_keep_what_they_bore(self):
         for name, change in (("dry", {"loads": [{**PUSH, "force": [5000, 0, 0]}]}), ("glued", GLUED),
@@ -150,11 +143,9 @@ class MpiRun(FolderTest):
             scene.write_text(json.dumps({**RELEASED, **change}))
             one = self.alone(scene)
             for ranks in (2, 3):
-                with self.subTest(scene=name, ranks=ranks):
-                    out = self.folder / f"{name}_{ranks}"
-                    self.assertEqual(run(ranks, scene, "--out", out).returncode, 0)
-                    for file in ("blocks.csv", "contacts.csv", "history.csv"):
-                        self.assertEqual((one / file).read_bytes(), (out / file).read_bytes(), file)
+                out = self.folder / f"{name}_{ranks}"
+                self.assertEqual(run(ranks, scene, "--out", out).returncode, 0)
+                self.check_bits(one, out)
 
     def test_pieces(self):
         scene = self.make("shaken-wall", "--length", "2", "--height", "1", "--end-time", "0.02")
@@ -243,8 +234,7 @@ class MpiRun(FolderTest):
     def test_options_that_know_one_process(self):
         for options in (("--resume", "x"), (INCLINE, "--checkpoint", "1"),
                         (INCLINE, "--dump-steps", "1", "--out", self.folder)):
-            done = subprocess.run([QUOIN, "run", "--mpi", *map(str, options)], capture_output=True, text=True)
-            self.assertEqual(done.returncode, 2)
+            done = self.quoin("run", "--mpi", *options, code=2)
             self.assertRegex(done.stderr, r"^--(resume|checkpoint|dump-steps) excludes --mpi\n")
 
     def test_a_command_line_that_says_nothing_is_told_once(self):

@@ -10,6 +10,8 @@ import sys
 import tempfile
 import time
 
+from elsewhere import rotation
+
 QUOIN, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 failures = []
 
@@ -19,10 +21,14 @@ def expect(holds, what):
         failures.append(what)
 
 
-def ask(lines, *options):
+def asked(lines, *options):
     text = "\n".join(line if isinstance(line, str) else json.dumps(line) for line in lines)
-    done = subprocess.run([QUOIN, "contact", "--pairs", "-", *options], input=text,
+    return subprocess.run([QUOIN, "contact", "--pairs", "-", *options], input=text,
                           capture_output=True, text=True)
+
+
+def ask(lines, *options):
+    done = asked(lines, *options)
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()]
 
 
@@ -32,15 +38,8 @@ def box(low, high):
 
 
 def turned(points, axis, degrees, shift=(0, 0, 0)):
-    length = math.sqrt(sum(c * c for c in axis))
-    x, y, z = (c / length for c in axis)
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    t = 1 - c
-    rows = [[t * x * x + c, t * x * y - s * z, t * x * z + s * y],
-            [t * x * y + s * z, t * y * y + c, t * y * z - s * x],
-            [t * x * z - s * y, t * y * z + s * x, t * z * z + c]]
-    return [[sum(row[k] * p[k] for k in range(3)) + shift[i] for i, row in enumerate(rows)]
-            for p in points]
+    rows = rotation(axis, degrees)
+    return [[sum(q * c for q, c in zip(row, p)) + s for row, s in zip(rows, shift)] for p in points]
 
 
 CUBE = box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
@@ -96,12 +95,9 @@ def test_keys_and_input_indices():
 def test_reach_and_tol():
     tilted = turned(box((0, 0, 0), (1, 1, 1)), (0, 1, 0), -0.01, (0, 0, 0.5))
     floor = box((-2, -2, -1), (2, 2, 0))
-    for options, tol, kind, count in (((), None, "edge-face", 2), (("--reach", "0.01"), None,
-                                      "edge-face", 4), ((), 1e-3, "face-face", 4)):
-        line = {"id": 0, "a": floor, "b": tilted}
-        if tol:
-            line["tol"] = tol
-        _, (answer,) = ask([line], *options)
+    for options, tol, kind, count in (((), {}, "edge-face", 2), (("--reach", "0.01"), {}, "edge-face", 4),
+                                      ((), {"tol": 1e-3}, "face-face", 4)):
+        _, (answer,) = ask([{"id": 0, "a": floor, "b": tilted, **tol}], *options)
         expect(answer["type"] == kind and len(answer["points"]) == count,
                f"{options} {tol}: {answer['type']} with {len(answer['points'])} points")
 
@@ -111,17 +107,14 @@ def test_published_search():
     point = [[0, 0, 0.005], [1, 0, 1], [-.5, .8, 1], [-.5, -.8, 1]]
     lines = [{"id": "missed", "a": roof, "b": point},
              {"id": "right", "a": CUBE, "b": moved(CUBE, (0.25, 0.25, 1.5))}, {"id": "bad"}]
-    text = "\n".join(json.dumps(line) for line in lines)
-    done = subprocess.run([QUOIN, "contact", "--pairs", "-", "--search", "published"], input=text,
-                          capture_output=True, text=True)
+    done = asked(lines, "--search", "published")
     missed, right, bad = (json.loads(line) for line in done.stdout.splitlines())
     expect(done.returncode == 2 and "error" in bad, "a bad line with --search published")
     expect(missed["gap"] > 0.5 and missed["stands_still"], f"the roof: {missed}")
     expect(not missed["proved"] and missed["least_gap"] <= 0.005, f"the roof's proof: {missed}")
     expect(right["gap"] == 0.5 and right["proved"], f"two cubes: {right}")
     expect(done.stderr == "published search: 2 pairs, 1 proved, 0 never still\n", done.stderr)
-    code = subprocess.run([QUOIN, "contact", "--pairs", "-", "--search", "best"], input="",
-                          capture_output=True, text=True).returncode
+    code = asked([], "--search", "best").returncode
     expect(code not in (0, 1), f"an unknown search: exit code {code}")
 
 
@@ -177,9 +170,7 @@ def test_bad_lines():
         ("twelve", "not JSON"),
         ({"id": 13, "a": CUBE, "b": tetrahedron[:3] + [[0, 0, 1e300]]}, "point 3"),
     ]
-    lines = [good]
-    for line, _ in bad:
-        lines += [line, good]
+    lines = [good, *(line for pair in bad for line in (pair[0], good))]
     code, answers = ask(lines)
     expect(code == 2, f"exit code {code} after bad lines")
     expect(len(answers) == len(lines), "one line out for each line in")

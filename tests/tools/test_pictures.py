@@ -93,23 +93,26 @@ def python(snippet, *words):
 
 class Pictures(FolderTest):
     def made(self, *words):
-        self.assertEqual(self.quoin("make", *words, "--out", "made.json").returncode, 0)
+        self.quoin("make", *words, "--out", "made.json", code=0)
         return self.folder / "made.json"
 
     def run_scene(self, name, *arguments):
-        subprocess.run([QUOIN, "run", CASES / name, "--out", self.folder / "run", *arguments], check=True,
-                       stdout=subprocess.DEVNULL)
+        self.quoin("run", CASES / name, "--out", "run", *arguments, code=0)
 
-    def picture(self, name, *arguments, path=None):
+    def picture(self, name, *arguments, path=None, **wanted):
         environment = {**os.environ, **({"PATH": path} if path else {})}
-        return subprocess.run([QUOIN, "picture", self.folder / "run", self.folder / name, *arguments],
-                              capture_output=True, text=True, env=environment)
+        return self.quoin("picture", self.folder / "run", self.folder / name, *arguments, env=environment, **wanted)
+
+    def plotted(self):
+        self.quoin("plot", "run", "--out", "plots", code=0, says="")
+
+    def one_line(self, done):
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
 
     def test_still_and_gif(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
         for name, frames in (("p.png", 1), ("p.gif", 7)):  # 0, 0.3, 0.5 (end of a stage), 0.6, … 1.5 s
-            done = self.picture(name)
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.picture(name, code=0, says="")
             said = python(SIZE, self.folder / name).split()
             self.assertEqual(int(said[0]), frames)
             self.assertGreaterEqual(int(said[1]), 600)
@@ -117,19 +120,15 @@ class Pictures(FolderTest):
     def test_mp4_needs_ffmpeg_and_says_so(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
         if shutil.which("ffmpeg"):
-            done = self.picture("p.mp4")
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.picture("p.mp4", code=0, says="")
             self.assertIn(b"ftyp", (self.folder / "p.mp4").read_bytes()[:12])
         bare = self.folder / "bin"
         bare.mkdir()
         for tool in ("python3", "sh"):
             (bare / tool).symlink_to(f"/usr/bin/{tool}")
-        done = self.picture("q.mp4", path=str(bare))
-        self.assertEqual(done.returncode, 1)
-        self.assertEqual(len(done.stderr.splitlines()), 1)
-        self.assertIn("ffmpeg", done.stderr)
+        self.one_line(self.picture("q.mp4", path=str(bare), code=1, err="ffmpeg"))
         self.assertFalse((self.folder / "q.mp4").exists())
-        self.assertEqual(self.picture("q.gif", path=str(bare)).returncode, 0)
+        self.picture("q.gif", path=str(bare), code=0)
 
     def test_legend_of_contact_states(self):
         known = {"softening.json": {"open", "slip", "failed"}, "direct_shear.json": {"stick"},
@@ -140,10 +139,7 @@ class Pictures(FolderTest):
             self.assertEqual(set(said.split()), states)
 
     def refused(self, words, name, *arguments, code=2):
-        done = self.picture(name, *arguments)
-        self.assertEqual(done.returncode, code, done.stderr)
-        self.assertIn(words, done.stderr)
-        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.one_line(self.picture(name, *arguments, code=code, err=words))
 
     def test_what_can_not_be_drawn_is_told_in_a_line(self):
         self.run_scene("softening.json", "--set", "/output_interval=0.01")
@@ -156,8 +152,7 @@ class Pictures(FolderTest):
             self.refused("No such file or directory", name, code=1)
         out = self.folder / "is_a_file"
         out.touch()
-        done = self.quoin("plot", "run", "--out", out)
-        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+        self.one_line(self.quoin("plot", "run", "--out", out, code=1))
         run = self.folder / "run"
         for name in ("blocks_000001.vtu", "contacts_000002.vtp", "blocks.pvd"):
             os.truncate(run / name, 300)
@@ -166,10 +161,7 @@ class Pictures(FolderTest):
             shutil.copy(run / "blocks_000000.vtu", run / "blocks_000001.vtu")
         (run / "contacts_000002.vtp").unlink()
         os.truncate(run / "history.csv", 0)
-        done = self.quoin("plot", run, "--out", ".")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn(f"{run / 'history.csv'}: is not as quoin run wrote it", done.stderr)
-        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.one_line(self.quoin("plot", run, "--out", ".", code=1, err=f"{run / 'history.csv'}: is not as quoin run wrote it"))
 
     def test_absent_blocks_are_not_drawn(self):
         self.run_scene("stage_column.json")
@@ -177,9 +169,8 @@ class Pictures(FolderTest):
         said = [python(DRAWN, frame).strip() for frame in frames]
         self.assertEqual(said[0], str([True] * 5))
         self.assertEqual(said[-1], str([True, True, True, False, True]))
-        self.assertEqual(self.picture("p.png", "--forces", "--contacts").returncode, 0)
-        done = self.quoin("plot", "run", "--out", "plots")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.picture("p.png", "--forces", "--contacts", code=0)
+        self.plotted()
 
     def test_panels_show_the_pixels_that_were_drawn(self):
         self.run_scene("stage_released.json", "--set", "/output_interval=0.3")
@@ -188,12 +179,10 @@ class Pictures(FolderTest):
 
     def test_plot_of_a_run(self):
         self.run_scene("group_stress.json")
-        done = self.quoin("plot", "run", "--out", "plots")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.plotted()
 
     def test_compression_of_a_tower(self):
-        scene = self.made("tower", "--blocks", "4")
-        self.run_scene(scene)
+        self.run_scene(self.made("tower", "--blocks", "4"))
         said = python(COMPRESSION, self.folder / "run").split()
         for above, found in zip((3, 2, 1, 0), said[1:], strict=True):  # the ground is first
             self.assertAlmostEqual(float(found), 2400 * 9.81 * 0.5 * (above + 0.5), places=3)
@@ -209,8 +198,7 @@ class Pictures(FolderTest):
             scene.write_text(json.dumps(tower))
             self.run_scene(scene)
             shown.append(self.folder / f"{far}.png")
-            done = self.picture(shown[-1], "--times", "0")
-            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.picture(shown[-1], "--times", "0", code=0, says="")
         said = python(DIFFER, *shown)
         self.assertLess(float(said), 1e-3)  # of the pixels, where edges are rounded
         self.refused("--hide: must name some, not all, of the blocks 0 … 2", "p.png", "--hide", "3")
@@ -229,13 +217,11 @@ class Pictures(FolderTest):
             edge = weight * (1 + 6 * off) if off < 1 / 6 else 2 * weight / bears
             for found, exact in zip(map(float, line.split()), (1 - bears, 1, z, z, 0.5 + off, edge), strict=True):
                 self.assertAlmostEqual(found, exact, delta=1e-9 * max(1, exact))
-        done = self.quoin("plot", "run", "--out", "plots")
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.plotted()
         self.assertTrue((self.folder / "plots" / "diagrams.png").exists())
 
     def test_joints_of_a_plot_are_those_of_the_run(self):
-        scene = self.made("arch")
-        self.run_scene(scene)
+        self.run_scene(self.made("arch"))
         said = python(JOINTS, self.folder / "run").splitlines()
         self.assertGreater(len(said), 40)
         for line in said:
@@ -250,8 +236,7 @@ class Pictures(FolderTest):
         self.assertEqual(len([label for label in said if label.startswith("end of")]), 2)
 
     def test_plot_of_many_joints(self):
-        scene = self.made("wall", "--length", "2", "--height", "1")
-        self.run_scene(scene)
+        self.run_scene(self.made("wall", "--length", "2", "--height", "1"))
         self.assertIn("largest compression of each block", python(DENSE, self.folder / "run", "--out", self.folder / "plots"))
 
 

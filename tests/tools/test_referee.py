@@ -45,9 +45,7 @@ class Referee(FolderTest):
 
     def judge(self, *words, code=0):
         report = self.folder / "report.json"
-        done = subprocess.run([QUOIN, "referee", "--json", report, *map(str, words)], capture_output=True, text=True,
-                              timeout=120, check=False)
-        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        done = self.quoin("referee", "--json", report, *words, code=code)
         return json.loads(report.read_text()) if report.exists() else done.stderr
 
     def kinds_of(self, behaviour, *words):
@@ -78,8 +76,7 @@ class Referee(FolderTest):
         for behaviour in ("aborts_unloading", "talks"):
             tally, _ = self.kinds_of(behaviour, "--count", 5)
             self.assertEqual((tally["asked"], tally["kinds"]), (5, lies["kinds"]))
-        said = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "talks.so", "--count", "5"], capture_output=True,
-                              text=True, check=True)
+        said = self.quoin("referee", "--plugin", PLUGINS / "talks.so", "--count", "5", code=0)
         self.assertNotIn("bla", said.stdout + said.stderr)
 
     def test_a_library_with_more_points_than_room(self):
@@ -111,9 +108,7 @@ class Referee(FolderTest):
             self.assertIn(reason, text)
 
     def test_a_plugin_in_the_folder_at_hand(self):
-        done = subprocess.run([QUOIN.resolve(), "referee", "--plugin", "lies.so", "--count", "1"], cwd=PLUGINS,
-                              capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        self.quoin("referee", "--plugin", "lies.so", "--count", "1", cwd=PLUGINS, code=0)
 
     def test_two_plugins_of_one_name(self):
         lies = PLUGINS / "lies.so"
@@ -175,24 +170,21 @@ class Referee(FolderTest):
                                     (["--report", self.folder / "mine"], "did not write it", 1),
                                     (["--pairs", "/nowhere/x"], "can't be read", 1),
                                     (["--pairs", huge], "1e100", 2), (["--pairs", empty], "no points", 2)):
-            done = subprocess.run([QUOIN, "referee", "--plugin", PLUGINS / "lies.so", "--count", "1000000", *words],
-                                  capture_output=True, text=True, timeout=60, check=False)
-            self.assertEqual(done.returncode, code, words)
-            self.assertIn(reason, done.stderr)
+            done = self.quoin("referee", "--plugin", PLUGINS / "lies.so", "--count", "1000000", *words, code=code, err=reason,
+                              timeout=60)
             self.assertEqual(done.stdout, "")
 
     def test_names_are_escaped(self):
         """Of pairs: in JSON, and in the comments of C++ and C."""
-        pairs, out = self.folder / "pairs.jsonl", self.folder / "out"
-        name = 'a "name" \\ */\n'
-        pairs.write_text(json.dumps(BOXES | {"id": name}) + "\n")
+        name, out = 'a "name" \\ */\n', self.folder / "out"
+        pairs = self.pairs(BOXES | {"id": name})
         self.judge("--plugin", PLUGINS / "lies.so", "--pairs", pairs, "--report", out)
         (failure,) = (out / "failures.jsonl").read_text().splitlines()
         json.loads(failure)
         for text in ((out / "failure_1.cpp").read_text(), (out / "failure_1.c").read_text()):
             self.assertNotIn("*/\n\n", text.splitlines()[0])
             self.assertTrue(text.splitlines()[1].startswith("#include"))
-        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", self.folder / "proved.jsonl"], check=True)
+        self.quoin("referee", "--pairs", pairs, "--write-pairs", "proved.jsonl", code=0)
         self.assertEqual(json.loads((self.folder / "proved.jsonl").read_text())["id"], name)
 
     def test_a_library_that_tells_signs_alone(self):
@@ -226,8 +218,7 @@ class Referee(FolderTest):
         failure = json.loads(failures[0])
         (self.folder / "failure.jsonl").write_text(failures[0])
         self.assertEqual(len(failure["a"] if isinstance(failure["a"], list) else failure["a"]["points"]), 4)
-        answer = subprocess.run([QUOIN, "contact", "--pairs", self.folder / "failure.jsonl"], capture_output=True, text=True,
-                                check=True)
+        answer = self.quoin("contact", "--pairs", "failure.jsonl", code=0)
         gap = json.loads(answer.stdout)["gap"]
         include = ["-I", SOURCE / "geometry/include", "-isystem", EIGEN]
         for language in ("cpp", "c"):
@@ -242,7 +233,7 @@ class Referee(FolderTest):
         """Of pairs given, as tests/pairs is written; a gap that looks like rounding as a fraction."""
         near = {"id": "near", "a": BOXES["a"], "b": [[x + 1 + 2**-40, y, z] for x, y, z in BOXES["a"]]}
         pairs, proved = self.pairs(BOXES, near), self.folder / "proved.jsonl"
-        subprocess.run([QUOIN, "referee", "--pairs", pairs, "--write-pairs", proved], check=True)
+        self.quoin("referee", "--pairs", pairs, "--write-pairs", proved, code=0)
         first, second = map(json.loads, proved.read_text().splitlines())
         self.assertEqual((first["id"], first["exact"]["gap"], first["exact"]["normal"]), ("boxes", 1.5, [0, 0, 1]))
         self.assertNotIn("gap_squared", first["exact"])
@@ -264,7 +255,7 @@ class Referee(FolderTest):
         pairs = self.folder / "pairs.jsonl"
         lines = (SOURCE / "tests/pairs/families.jsonl").read_text().splitlines()
         pairs.write_text("\n".join([line for line in lines if '"what":"tetrahedra"' in line][:20]))
-        done = subprocess.run([QUOIN, "contact", "--pairs", pairs], capture_output=True, text=True, check=True)
+        done = self.quoin("contact", "--pairs", pairs, code=0)
         answers = [json.loads(line) for line in done.stdout.splitlines()]
 
         def judged():

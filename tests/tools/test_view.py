@@ -1,5 +1,4 @@
 """`quoin view` in a browser (Debian: chromium): what is drawn and said is what the run's files hold."""
-import csv
 import json
 import math
 import pathlib
@@ -10,9 +9,9 @@ import time
 import unittest
 
 from browser import PROGRAM, Browser
-from folder_test import FolderTest
+from folder_test import FolderTest, block, box
 
-QUOIN, SOURCE = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+SOURCE = pathlib.Path(sys.argv[2]).resolve()
 sys.path.insert(0, str(SOURCE / "tools"))
 import vtk_file  # noqa: E402
 
@@ -21,6 +20,22 @@ SHAKEN = {"overrides": [{"blocks": "ground", "kind": "prescribed",
           "stages": [{"name": "rest", "analysis": "static"},
                      {"name": "shaking", "analysis": "dynamic", "end_time": 0.2}],
           "contact_iteration": "open_close", "output_interval": 0.02}
+
+
+PICK_ONE = """(() => { for (let b = quoin.blocks.count - 1; b >= 0; --b) {
+    const p = quoin.onPage(quoin.blocks.moved(b, 0, 0, 0));
+    if (quoin.blocks.kind(b, quoin.state.frame) < 2 && quoin.pick(...p) === b) return [b, ...p]; } })()"""
+UNITS = {"N": 1, "kN": 1e3, "MN": 1e6}
+
+
+def set_to(name, chosen, event="change"):
+    """A control of the page."""
+    return f"(s => {{ s.value = '{chosen}'; s.dispatchEvent(new Event('{event}')); }})(document.getElementById('{name}'))"
+
+
+def place_of(which):
+    """On the page: left, top, width, height."""
+    return f"(r => [r.left, r.top, r.width, r.height])(document.{which}.getBoundingClientRect())"
 
 
 class View(FolderTest):
@@ -34,27 +49,24 @@ class View(FolderTest):
         self.browser.events.clear()
         self.browser.size(1280, 800)
 
-    def quoin(self, *words):
-        done = subprocess.run([QUOIN, *map(str, words)], capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return done.stdout
+    def made(self, *words):
+        self.quoin("make", *words, "--out", "made.json", code=0)
+        return self.folder / "made.json"
 
     def shaken_wall(self):
-        scene, run = self.folder / "wall.json", self.folder / "wall"
-        self.quoin("make", "wall", "--length", "0.9", "--height", "0.6", "--young", "1e7", "--out", scene)
+        scene, run = self.made("wall", "--length", "0.9", "--height", "0.6", "--young", "1e7"), self.folder / "wall"
         changes = [word for key, value in SHAKEN.items() for word in ("--set", f"/{key}={json.dumps(value)}")]
-        self.quoin("run", scene, "--out", run, *changes)
+        self.quoin("run", scene, "--out", run, *changes, code=0)
         return run
 
     def opened(self, *words):
         page = self.folder / "page.html"
-        self.quoin("view", *words, "--out", page)
+        self.quoin("view", *words, "--out", page, code=0)
         self.browser.open(page)
         return self.browser.value
 
     def table(self, path):
-        with open(path, encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = self.rows(path)
         return [row for row in rows if row["stage"] == rows[-1]["stage"]]
 
     def said(self):
@@ -66,8 +78,7 @@ class View(FolderTest):
         self.assertEqual(self.browser.trouble(), [])
 
     def drag_slider_to_end(self):
-        left, top, width, height = self.browser.value(
-            "(r => [r.left, r.top, r.width, r.height])(document.getElementById('time').getBoundingClientRect())")
+        left, top, width, height = self.browser.value(place_of("getElementById('time')"))
         self.browser.drag(left + 8, top + height / 2, left + width - 3, top + height / 2)
 
     def test_a_run(self):
@@ -87,9 +98,7 @@ class View(FolderTest):
         self.assertEqual(value("quoin.state.frame"), frames - 1)
         self.assertNotEqual(before, value("document.getElementById('time-value').textContent"))
         self.assertEqual(value("document.getElementById('stage').textContent"), "end of shaking")
-        block, *place = value("""(() => { for (let b = quoin.blocks.count - 1; b >= 0; --b) {
-            const p = quoin.onPage(quoin.blocks.moved(b, 0, 0, 0));
-            if (quoin.blocks.kind(b, quoin.state.frame) < 2 && quoin.pick(...p) === b) return [b, ...p]; } })()""")
+        block, *place = value(PICK_ONE)
         self.browser.click(*place)
         row = self.table(run / "blocks.csv")[block]
         self.assertEqual(value("document.getElementById('picked-title').textContent"), row["name"])
@@ -117,13 +126,13 @@ class View(FolderTest):
     def test_joints(self):
         """Of a wall, and of a hook that bears on two planes."""
         hook = self.folder / "hook"
-        self.quoin("run", SOURCE / "tools" / "scenes" / "field" / "hook_hangs.json", "--out", hook)
+        self.quoin("run", SOURCE / "tools" / "scenes" / "field" / "hook_hangs.json", "--out", hook, code=0)
         for run in (hook, self.shaken_wall()):
             self.compare_joints(run, self.opened(run))
 
     def compare_joints(self, run, value):
         value("quoin.show(quoin.frames - 1)")
-        value("(s => { s.value = 'joints'; s.dispatchEvent(new Event('change')); })(document.getElementById('forces'))")
+        value(set_to("forces", "joints"))
         rows = [row for row in self.table(run / "joints.csv") if float(row["normal_force"]) > 0]
         largest = max(float(row["normal_force"]) for row in rows)
         rows = [row for row in rows if float(row["normal_force"]) > 1e-6 * largest]
@@ -142,14 +151,14 @@ class View(FolderTest):
         self.assertEqual(self.said()["points"], str(len(points)))
         force = math.hypot(*(sum(float(row[f"f{c}"]) for row in points) for c in "xyz"))
         number, unit = self.said()["resultant on the second"].split()
-        self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
+        self.assertAlmostEqual(float(number) * UNITS[unit] / force, 1, delta=1e-3)
         self.clean()
 
     def test_blocks_by_the_pressure_of_their_joints(self):
         run = self.shaken_wall()
         value = self.opened(run)
         value("quoin.show(quoin.frames - 1)")
-        value("(s => { s.value = 'pressure'; s.dispatchEvent(new Event('change')); })(document.getElementById('colour'))")
+        value(set_to("colour", "pressure"))
         rows = self.table(run / "joints.csv")
         exact = [max([float(row["normal_stress"] or math.inf) for row in rows if row["state"] != "open" and str(block) in (row["a"], row["b"])], default=0)
                  for block in range(value("quoin.blocks.count"))]
@@ -163,9 +172,7 @@ class View(FolderTest):
         least = min(range(1, len(exact)), key=exact.__getitem__)
         self.assertLess(exact[least], 0.5 * high)
         self.assertLess(tints[4 * least + 1], tints[4 * exact.index(max(exact)) + 1])  # viridis: green grows
-        block, *place = value("""(() => { for (let b = quoin.blocks.count - 1; b >= 0; --b) {
-            const p = quoin.onPage(quoin.blocks.moved(b, 0, 0, 0));
-            if (quoin.blocks.kind(b, quoin.state.frame) < 2 && quoin.pick(...p) === b) return [b, ...p]; } })()""")
+        block, *place = value(PICK_ONE)
         self.browser.click(*place)
         self.assertAlmostEqual(float(self.said()["largest joint pressure"].split()[0]) / exact[block], 1, delta=1e-3)
         self.clean()
@@ -181,9 +188,9 @@ class View(FolderTest):
         rows = [row for row in self.table(run / "contacts.csv") if (row["a"], row["b"]) == (str(a), str(b))]
         force = math.hypot(*(float(rows[index][f"f{c}"]) for c in "xyz"))
         number, unit = self.said()["force"].split()
-        self.assertAlmostEqual(float(number) * {"N": 1, "kN": 1e3, "MN": 1e6}[unit] / force, 1, delta=1e-3)
+        self.assertAlmostEqual(float(number) * UNITS[unit] / force, 1, delta=1e-3)
         value("document.getElementById('history').scrollIntoView()")
-        left, top, width, height = value("(r => [r.left, r.top, r.width, r.height])(document.querySelector('#history .u-over').getBoundingClientRect())")
+        left, top, width, height = value(place_of("querySelector('#history .u-over')"))
         self.browser.mouse("mouseMoved", left + width / 2, top + height / 2)
         self.browser.click(left + width / 2, top + height / 2)
         self.assertAlmostEqual(value("quoin.head.times[quoin.state.frame]"), 0.1, delta=0.011)  # the middle of 0.2 s
@@ -192,15 +199,14 @@ class View(FolderTest):
     def test_every_control_and_a_phone(self):
         value = self.opened(self.shaken_wall())
         for colour in value("[...document.getElementById('colour').options].map(o => o.value)"):
-            value(f"(s => {{ s.value = '{colour}'; s.dispatchEvent(new Event('change')); }})(document.getElementById('colour'))")
+            value(set_to("colour", colour))
         for tick in ("polygons", "cracks", "points", "edges", "glass"):
             value(f"document.getElementById('{tick}').click()")
         for name, chosen in (("axis", "y"), ("cut", "300"), ("scale", "1")):
-            value(f"(s => {{ s.value = '{chosen}'; s.dispatchEvent(new Event('input')); }})(document.getElementById('{name}'))")
+            value(set_to(name, chosen, "input"))
         eye = value("quoin.camera.position.toArray()")
         for key in ("ArrowRight", "2", " ", "f"):
-            value(
-                f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}})), 1")
+            value(f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}', bubbles: true}})), 1")
         self.assertNotEqual(eye, value("quoin.camera.position.toArray()"))
         time.sleep(0.5)
         self.assertGreater(value("quoin.state.frame"), 1)  # it plays
@@ -213,10 +219,8 @@ class View(FolderTest):
     def test_fingers(self):
         """One turns, two zoom, a tap picks, and none of the others does."""
         self.browser.size(390, 844, 2, True)
-        scene = self.folder / "tower.json"
-        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
-        value = self.opened(scene)
-        left, top, width, height = value("(r => [r.left, r.top, r.width, r.height])(document.getElementById('canvas').getBoundingClientRect())")
+        value = self.opened(self.made("tower", "--blocks", "3"))
+        left, top, width, height = value(place_of("getElementById('canvas')"))
         x, y = left + width / 2, top + height / 2
         towards, far = "quoin.camera.position.clone().sub(quoin.controls.target)", "quoin.camera.position.distanceTo(quoin.controls.target)"
         before, away = value(f"{towards}.normalize().toArray()"), value(far)
@@ -237,11 +241,10 @@ class View(FolderTest):
         self.clean()
 
     def test_cracks_are_as_wide_as_blocks_are_apart(self):
-        scene, run = self.folder / "tower.json", self.folder / "tower"
-        self.quoin("make", "tower", "--blocks", "2", "--out", scene)
+        scene, run = self.made("tower", "--blocks", "2"), self.folder / "tower"
         stages = [{"analysis": "static"}, {"analysis": "dynamic", "duration": 0.05, "overrides": [
             {"blocks": "drum1", "velocity": [0, 0, 1.0], "angular_velocity": [0.5, 0, 0]}]}]
-        self.quoin("run", scene, "--out", run, "--set", f"/stages={json.dumps(stages)}")
+        self.quoin("run", scene, "--out", run, "--set", f"/stages={json.dumps(stages)}", code=0)
         value = self.opened(run)
         value("quoin.show(quoin.frames - 1), document.getElementById('cracks').click()")
         widths = value("(c => c.list.map(crack => c.widths(crack, quoin.blocks.mapsAt(quoin.state.frame, 1))))(quoin.joints.opened())")
@@ -262,23 +265,20 @@ class View(FolderTest):
             {"name": "weak", "from": on, "to": {"block": "box0", "point": [0, 0.5, 1]}, "stiffness": 1e5, "pretension": 100, "break_force": 101},
             {"name": "stay", "from": on, "to": {"block": "box0", "point": [1, 0.5, 1]}, "stiffness": 1e5, "pretension": 1500}],
             loads=[{"type": "point", "block": "box0", "point": [1, 0.5, 0.1], "force": [15000, 0, 0]}]), self.folder / "run"
-        self.quoin("run", scene, "--out", run)
+        self.quoin("run", scene, "--out", run, code=0)
         value = self.opened(run)
         self.assertEqual(value("quoin.ties.list.length"), 2)
         value("quoin.show(quoin.frames - 1), quoin.draw()")
-        with open(run / "ties.csv", encoding="utf-8", newline="") as file:
-            weak, stay = list(csv.DictReader(file))[-2:]
+        weak, stay = self.rows("ties.csv", run)[-2:]
         self.assertEqual((weak["state"], value("quoin.ties.list.map(tie => tie.name)")), ("broken", ["stay"]))
         self.browser.click(*value("quoin.onPage(quoin.ties.list[0].place)"))
         self.assertEqual(self.said(), {"force": f"{float(stay['force']) / 1e3:.4g} kN", "length": f"{float(stay['length']):.4g} m"})
         self.clean()
 
     def test_a_section_shows_the_faces_that_it_makes(self):
-        scene = self.folder / "tower.json"
-        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
-        value = self.opened(scene)
+        value = self.opened(self.made("tower", "--blocks", "3"))
         for name, chosen in (("axis", "x"), ("cut", "500")):
-            value(f"(s => {{ s.value = '{chosen}'; s.dispatchEvent(new Event('input')); }})(document.getElementById('{name}'))")
+            value(set_to(name, chosen, "input"))
         value("quoin.draw()")
         size = value("quoin.head.shapes[quoin.blocks.shapeOf[1]].p")
         sides = [max(size[k::3]) - min(size[k::3]) for k in (1, 2)]
@@ -293,7 +293,7 @@ class View(FolderTest):
 
     def test_a_block_of_two_convex_parts(self):
         """An L of two bars: each is picked, a ray through its corner of air meets nothing, and a section has two outlines."""
-        bars = [{"type": "box", "min": low, "max": high} for low, high in (([0, 0, 0], [2, 1, 0.5]), ([0, 0, 0.5], [0.5, 1, 1.5]))]
+        bars = [box([0, 0, 0], [2, 1, 0.5]), box([0, 0, 0.5], [0.5, 1, 1.5])]
         scene = self.scene_of_boxes(blocks=[{"name": "L", "kind": "rigid", "material": "stone", "parts": bars}], end_time=0.01)
         value = self.opened(scene)
         hit = value("""[[1.5, 0.25], [0.25, 1], [1.5, 1]].map(([x, z]) => { const o = quoin.head.offset;
@@ -309,13 +309,11 @@ class View(FolderTest):
 
     def scene_of_boxes(self, *more_places, **more):
         """A box on the ground, and others of its size, by their lowest corners."""
-        scene, shape = self.folder / "scene.json", {"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}
-        blocks = [{"name": "ground", "kind": "fixed", "shape": {"type": "box", "min": [-2, -2, -1], "max": [4, 4, 0]}}]
-        blocks += [{"name": f"box{i}", "kind": "rigid", "material": "stone", "shape": shape, "pose": {"translation": place}}
+        blocks = [block("ground", [-2, -2, -1], [4, 4, 0], "fixed")]
+        blocks += [block(f"box{i}", [0, 0, 0], [1, 1, 1], pose={"translation": place})
                    for i, place in enumerate(([0, 0, 0], *more_places))]
-        scene.write_text(json.dumps({"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30},
-                                     "time_step": 0.01, "blocks": blocks, **({} if "stages" in more else {"end_time": 1}), **more}))
-        return scene
+        return self.written({"materials": {"stone": {"density": 2000}}, "joint": {"friction_angle_deg": 30}, "time_step": 0.01,
+                             "blocks": blocks, **({} if "stages" in more else {"end_time": 1}), **more})
 
     def test_a_scene_with_loads_and_what_check_complains_of(self):
         force = {"formula": ["400*t", "0", "0"]}
@@ -339,7 +337,7 @@ class View(FolderTest):
         for _, _, z, pressure in rims[0]:
             self.assertAlmostEqual(pressure, 9810 * max(0, 0.75 - z), places=6)
         run = self.folder / "run"
-        self.quoin("run", scene, "--out", run)
+        self.quoin("run", scene, "--out", run, code=0)
         value = self.opened(run)
         there = "[1, 2, 3].map(b => quoin.blocks.shown(b, quoin.state.frame))"
         tints = "[1, 3].map(b => [...quoin.blocks.values.image.data.slice(4 * b, 4 * b + 3)])"
@@ -359,9 +357,7 @@ class View(FolderTest):
         self.clean()
 
     def test_a_scene(self):
-        scene = self.folder / "tower.json"
-        self.quoin("make", "tower", "--blocks", "3", "--out", scene)
-        value = self.opened(scene)
+        value = self.opened(self.made("tower", "--blocks", "3"))
         self.assertEqual(value("quoin.blocks.count"), 4)
         self.assertEqual(value("quoin.joints.list.length"), 3)
         self.assertIn("3 touching pairs", value("document.getElementById('facts').textContent"))
@@ -372,13 +368,12 @@ class View(FolderTest):
         self.clean()
 
     def test_a_long_wall_stays_whole_when_the_window_narrows(self):
-        scene, beyond = self.folder / "wall.json", """(() => Math.max(...[0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
+        beyond = """(() => Math.max(...[0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
             const ends = [quoin.low, quoin.high], corner = quoin.middle.clone();
             corner.set(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2].z).project(quoin.camera);
             return Math.max(Math.abs(corner.x), Math.abs(corner.y)); })))()"""
-        self.quoin("make", "wall", "--length", "20", "--height", "2", "--out", scene)
         self.browser.size(1280, 730)
-        value = self.opened(scene)
+        value = self.opened(self.made("wall", "--length", "20", "--height", "2"))
         self.assertLess(value(beyond), 1)
         self.browser.size(1280, 800)
         self.browser.value("new Promise((done) => requestAnimationFrame(() => setTimeout(done, 100)))")
@@ -402,7 +397,7 @@ class View(FolderTest):
 
     def test_what_can_not_be_shown_is_told_in_a_line(self):
         for words in ((), ("none",), ("--pairs", "none"), (self.folder,)):
-            done = subprocess.run([QUOIN, "view", *map(str, words)], capture_output=True, text=True, cwd=self.folder)
+            done = self.quoin("view", *words)
             self.assertNotEqual(done.returncode, 0)
             self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
 
