@@ -79,6 +79,7 @@ class RandomStatics(FolderTest):
 
     def test_towers_and_walls(self):
         seen = {"rest": 0, "mechanism": 0, "admissible": 0}
+        unproved = 0  # found by steps: a contact that a tenth of both blocks' sizes closes may hold
         for seed in range(int(sys.argv[3]) if len(sys.argv) > 3 else 14):
             boxes, friction = structure(seed)
             inside = limit(boxes, friction)
@@ -94,12 +95,15 @@ class RandomStatics(FolderTest):
                 with self.subTest(seed=seed, push=push / inside, message=summary["message"]):
                     self.assertIn(stage["verdict"], ("rest", "mechanism", "admissible"))
                     if push > inside:
-                        self.assertEqual((stage["verdict"], stage["steps"]), ("mechanism", 0))
-                        self.assertLessEqual(summary["proof"]["factorizations"], 40)
+                        self.assertEqual(stage["verdict"], "mechanism")
+                        self.assertEqual(stage["steps"] == 0, summary["proof"] is not None)
+                        unproved += summary["proof"] is None
+                        self.assertLessEqual((summary["proof"] or {"factorizations": 0})["factorizations"], 40)
                     else:
                         self.assertIsNone(summary["proof"])
         self.assertGreater(min(seen["rest"], seen["mechanism"]), 10)
-        print(seen)
+        self.assertLessEqual(unproved, 0.03 * seen["mechanism"])
+        print(seen, "unproved:", unproved)
 
 
 if __name__ == "__main__":

@@ -63,7 +63,8 @@ Scene heap(Random& random, bool held) {
   const int count = random.integer(2, 4);
   for (int i = 0; i < count; ++i) {
     const Vector3 half = random.point(0.1, 0.4);
-    const Vector3 centre = random.point(-0.3, 0.3) + Vector3(0, 0, 1.1 + 1.4 * i);
+    Vector3 centre = random.point(-0.3, 0.3);
+    centre.z() = 1.1 + 1.4 * i;  // farther than two diagonals
     const Matrix3 turn = random.rotation();
     geometry::Points corners(3, 8);
     for (int k = 0; k < 8; ++k) {
