@@ -31,6 +31,10 @@ inline Vector3 quotient(const Vector3& l, const Vector3& r) {
   return u;
 }
 
+/// Likewise of numbers, in place of cones.
+inline double product(double x, double y) { return x * y; }
+inline double quotient(double l, double r) { return r / l; }
+
 /// Longest alpha with x + alpha d in the cone; infinite: all are.
 inline double longest(const Vector3& x, const Vector3& d) {
   const double a = determinant(d), b = x[0] * d[0] - x.tail<2>().dot(d.tail<2>());
@@ -81,6 +85,15 @@ inline Vector3 scaled_twice(const ConeScaling& scaling, const Vector3& v, double
   const Vector3 result(along * w[0] - v[0], along * w[1] + v[1], along * w[2] + v[2]);
   const double squared = scaling.eta * scaling.eta;
   return sign > 0.0 ? Vector3(squared * result) : Vector3(result / squared);
+}
+
+/// Likewise of numbers, where W is `w[0]`.
+inline double scaled(const ConeScaling& scaling, double v, double sign) {
+  return sign > 0.0 ? v * scaling.w[0] : v / scaling.w[0];
+}
+inline double scaled_twice(const ConeScaling& scaling, double v, double sign) {
+  const double squared = scaling.w[0] * scaling.w[0];
+  return sign > 0.0 ? v * squared : v / squared;
 }
 
 /// W, or W⁻¹.

@@ -39,21 +39,15 @@ BalanceMatrix::BalanceMatrix(const ConeProgram& program)
 
 VectorXd BalanceMatrix::loads(const VectorXd& forces) const {
   VectorXd sum = VectorXd::Zero(6 * program_.slots);
-  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
-    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
-    if (c.a >= 0) sum.segment<6>(6 * c.a) += c.map_a * forces.segment<3>(3 * i);
-    if (c.b >= 0) sum.segment<6>(6 * c.b) += c.map_b * forces.segment<3>(3 * i);
-  }
+  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i)
+    program_.contacts[static_cast<std::size_t>(i)].add_load(forces.segment<3>(3 * i), sum);
   return sum;
 }
 
 VectorXd BalanceMatrix::motions(const VectorXd& y) const {
-  VectorXd result = VectorXd::Zero(3 * std::ssize(program_.contacts));
-  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i) {
-    const ConeContact& c = program_.contacts[static_cast<std::size_t>(i)];
-    if (c.a >= 0) result.segment<3>(3 * i) += c.map_a.transpose() * y.segment<6>(6 * c.a);
-    if (c.b >= 0) result.segment<3>(3 * i) += c.map_b.transpose() * y.segment<6>(6 * c.b);
-  }
+  VectorXd result(3 * std::ssize(program_.contacts));
+  for (Eigen::Index i = 0; i < std::ssize(program_.contacts); ++i)
+    result.segment<3>(3 * i) = program_.contacts[static_cast<std::size_t>(i)].motion(y);
   return result;
 }
 
@@ -107,8 +101,6 @@ struct Cone {
   double sign = -1.0;  ///< of lambda's row of G
 };
 
-double largest(const VectorXd& v) { return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0; }
-
 /// A direction, or a right-hand side, of x (with lambda), y and z.
 struct Triple {
   VectorXd x, y, z;
@@ -126,8 +118,7 @@ class SelfDualMethod {
   ConeSolution solve(int most);
 
  private:
-  struct Residuals {
-    VectorXd x, y, z;
+  struct Residuals : Triple {
     double t = 0.0;
   };
   struct Step {
@@ -140,10 +131,13 @@ class SelfDualMethod {
   bool with_factor() const { return program_.live.size() > 0; }
   Eigen::Index lambda() const { return 3 * std::ssize(program_.contacts); }
   void add_cones();
-  VectorXd loads(const VectorXd& x) const;                     ///< A x + lambda a
-  VectorXd motions(const VectorXd& y) const;                   ///< (A'y | a'y)
-  VectorXd rows(const VectorXd& x) const;                      ///< G x
-  VectorXd columns(const VectorXd& z) const;                   ///< G'z
+  VectorXd loads(const VectorXd& x) const;    ///< A x + lambda a
+  VectorXd motions(const VectorXd& y) const;  ///< (A'y | a'y)
+  VectorXd rows(const VectorXd& x) const;     ///< G x
+  VectorXd columns(const VectorXd& z) const;  ///< G'z
+  /// `of` a cone's scaling and its rows of vectors like s and z: three of them or one.
+  template <class Operation, class... Vectors>
+  VectorXd by_cone(const Operation& of, const Vectors&... vectors) const;
   VectorXd apply(const VectorXd& v, double sign) const;        ///< W v, W⁻¹ v
   VectorXd apply_twice(const VectorXd& v, double sign) const;  ///< W W v, W⁻¹ W⁻¹ v
   VectorXd divided(const VectorXd& l, const VectorXd& r) const;
@@ -151,6 +145,7 @@ class SelfDualMethod {
   double longest_step(const VectorXd& v, const VectorXd& d) const;
   void set_scalings();
   Matrix3 inverse(std::size_t contact) const;
+  double factor_weight() const;  ///< D of lambda
   bool factorize();
   VectorXd solve_balance(const VectorXd& right);  ///< S⁻¹, bordered by lambda
   VectorXd forward(const VectorXd& q) const;      ///< D⁻¹ q
@@ -276,54 +271,35 @@ VectorXd SelfDualMethod::columns(const VectorXd& z) const {
   return result;
 }
 
-VectorXd SelfDualMethod::apply(const VectorXd& v, double sign) const {
-  VectorXd result(v.size());
+template <class Operation, class... Vectors>
+VectorXd SelfDualMethod::by_cone(const Operation& of, const Vectors&... vectors) const {
+  VectorXd result(h_.size());
   for (std::size_t k = 0; k < cones_.size(); ++k) {
     const int row = cones_[k].row;
     if (cones_[k].round)
-      result.segment<3>(row) = scaled(scalings_[k], v.segment<3>(row), sign);
+      result.segment<3>(row) = of(scalings_[k], Vector3(vectors.template segment<3>(row))...);
     else
-      result[row] = sign > 0.0 ? v[row] * scalings_[k].w[0] : v[row] / scalings_[k].w[0];
+      result[row] = of(scalings_[k], vectors[row]...);
   }
   return result;
+}
+
+VectorXd SelfDualMethod::apply(const VectorXd& v, double sign) const {
+  return by_cone([&](const auto& w, const auto& part) { return scaled(w, part, sign); }, v);
 }
 
 VectorXd SelfDualMethod::apply_twice(const VectorXd& v, double sign) const {
-  VectorXd result(v.size());
-  for (std::size_t k = 0; k < cones_.size(); ++k) {
-    const int row = cones_[k].row;
-    if (cones_[k].round) {
-      result.segment<3>(row) = scaled_twice(scalings_[k], v.segment<3>(row), sign);
-    } else {
-      const double squared = scalings_[k].w[0] * scalings_[k].w[0];
-      result[row] = sign > 0.0 ? v[row] * squared : v[row] / squared;
-    }
-  }
-  return result;
+  return by_cone([&](const auto& w, const auto& part) { return scaled_twice(w, part, sign); }, v);
 }
 
 VectorXd SelfDualMethod::divided(const VectorXd& l, const VectorXd& r) const {
-  VectorXd result(l.size());
-  for (const Cone& cone : cones_) {
-    const int row = cone.row;
-    if (cone.round)
-      result.segment<3>(row) = quotient(l.segment<3>(row), r.segment<3>(row));
-    else
-      result[row] = r[row] / l[row];
-  }
-  return result;
+  return by_cone([](auto&, const auto& of_l, const auto& of_r) { return quotient(of_l, of_r); }, l,
+                 r);
 }
 
 VectorXd SelfDualMethod::multiplied(const VectorXd& u, const VectorXd& v) const {
-  VectorXd result(u.size());
-  for (const Cone& cone : cones_) {
-    const int row = cone.row;
-    if (cone.round)
-      result.segment<3>(row) = product(u.segment<3>(row), v.segment<3>(row));
-    else
-      result[row] = u[row] * v[row];
-  }
-  return result;
+  return by_cone([](auto&, const auto& of_u, const auto& of_v) { return product(of_u, of_v); }, u,
+                 v);
 }
 
 double SelfDualMethod::longest_step(const VectorXd& v, const VectorXd& d) const {
@@ -374,17 +350,21 @@ Matrix3 SelfDualMethod::inverse(std::size_t contact) const {
   return rest.inverse();
 }
 
+double SelfDualMethod::factor_weight() const {
+  double diagonal = kProximal;
+  for (const Cone& cone : cones_)
+    if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
+  return diagonal;
+}
+
 bool SelfDualMethod::factorize() {
   for (std::size_t i = 0; i < inverse_.size(); ++i) inverse_[i] = inverse(i);
   ++factorizations_;
   if (!matrix_.factorize(inverse_, kProximal)) return false;
   if (!with_factor()) return true;
-  double diagonal = kProximal;
-  for (const Cone& cone : cones_)
-    if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
   inverse_factor_ = 0.0;
   border_ = solve_balance(program_.live);
-  inverse_factor_ = 1.0 / (diagonal + program_.live.dot(border_));
+  inverse_factor_ = 1.0 / (factor_weight() + program_.live.dot(border_));
   return border_.allFinite();
 }
 
@@ -401,10 +381,7 @@ VectorXd SelfDualMethod::forward(const VectorXd& q) const {
     result.segment<3>(at) = inverse_[i] * q.segment<3>(at);
   }
   if (!with_factor()) return result;
-  double diagonal = kProximal;
-  for (const Cone& cone : cones_)
-    if (cone.contact < 0) diagonal += z_[cone.row] / s_[cone.row];
-  result[lambda()] = q[lambda()] / diagonal;
+  result[lambda()] = q[lambda()] / factor_weight();
   return result;
 }
 
@@ -452,7 +429,7 @@ bool SelfDualMethod::refined(const Triple& right, Triple& d) {
 }
 
 SelfDualMethod::Residuals SelfDualMethod::residuals() const {
-  return {motions(y_) + columns(z_) + tau_ * c_, loads(x_) - tau_ * b_, rows(x_) + s_ - tau_ * h_,
+  return {{motions(y_) + columns(z_) + tau_ * c_, loads(x_) - tau_ * b_, rows(x_) + s_ - tau_ * h_},
           kappa_ + c_.dot(x_) + b_.dot(y_) + h_.dot(z_)};
 }
 
@@ -472,7 +449,7 @@ SelfDualMethod::End SelfDualMethod::judge(const Residuals& r) {
   }
   const double objective = std::max(1.0, std::abs(c_.dot(x_)) / tau_);
   const double gap = s_.dot(z_) / (tau_ * tau_ * objective);
-  const double worst = std::max({largest(r.x), largest(r.y), largest(r.z)}) / tau_;
+  const double worst = r.size() / tau_;
   if (const double merit = std::max(worst, gap); merit < best_ || best_x_.size() == 0) {
     best_ = merit;
     best_x_ = x_ / tau_;

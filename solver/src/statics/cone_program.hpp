@@ -20,6 +20,11 @@ namespace quoin::solver {
 
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
+/// Of its components, without their signs.
+inline double largest(const Eigen::VectorXd& v) {
+  return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0;
+}
+
 using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
 
 struct ConeContact {
@@ -30,6 +35,18 @@ struct ConeContact {
   double cost = 0.0;  ///< c of the normal force: its gap
   bool held = false;  ///< any force
 
+  /// To loads, 6 a slot: what it does with this force.
+  void add_load(const Vector3& force, Eigen::VectorXd& loads) const {
+    if (a >= 0) loads.segment<6>(6 * a) += map_a * force;
+    if (b >= 0) loads.segment<6>(6 * b) += map_b * force;
+  }
+  /// By velocities of the slots.
+  Vector3 motion(const Eigen::VectorXd& y) const {
+    Vector3 sum = Vector3::Zero();
+    if (a >= 0) sum += map_a.transpose() * y.segment<6>(6 * a);
+    if (b >= 0) sum += map_b.transpose() * y.segment<6>(6 * b);
+    return sum;
+  }
   bool has_cone() const { return !held && (friction > 0.0 || cohesion > 0.0); }
   /// The cut-off decides before the cone's apex.
   bool has_cut_off() const { return !held && !(friction * tension >= cohesion && friction > 0.0); }

@@ -159,9 +159,6 @@ void GroupProblem::fill(double factor, double range) {
   program_.load = scaled_loads(factor);
   program_.live.resize(0);
   if (range > 0.0) program_.live = range * scaled_loads(kInfinite);
-  const auto largest = [](const VectorXd& v) {
-    return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0;
-  };
   force_ = std::max(largest(program_.load), largest(program_.live));
   program_.contacts.clear();
   if (!(force_ > 0.0)) return;
@@ -178,8 +175,7 @@ void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) con
   for (std::size_t i = 0; i < group_.contacts.size(); ++i) {
     const ConeContact& c = program_.contacts[i];
     const Vector3 f = forces.segment<3>(3 * static_cast<Eigen::Index>(i));
-    if (c.a >= 0) left.segment<6>(6 * c.a) += c.map_a * f;
-    if (c.b >= 0) left.segment<6>(6 * c.b) += c.map_b * f;
+    c.add_load(f, left);
     const EquilibriumContact& contact = problem_.contacts[index(group_.contacts[i])];
     result.forces[index(group_.contacts[i])] = force_ * (contact_frame(contact.normal) * f);
     if (c.held) continue;
@@ -189,7 +185,7 @@ void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) con
     result.margin = std::min(result.margin, inside);
     result.violation = std::max(result.violation, -inside);
   }
-  result.unbalance = std::max(result.unbalance, left.lpNorm<Eigen::Infinity>());
+  result.unbalance = std::max(result.unbalance, largest(left));
 }
 
 /// A contact dissipates at most C |v_t| + T (v_n - mu |v_t|), where the cut-off decides, else
@@ -197,9 +193,7 @@ void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) con
 Along GroupProblem::along(const VectorXd& y) const {
   Along result;
   for (const ConeContact& c : program_.contacts) {
-    Vector3 v = Vector3::Zero();
-    if (c.a >= 0) v += c.map_a.transpose() * y.segment<6>(6 * c.a);
-    if (c.b >= 0) v += c.map_b.transpose() * y.segment<6>(6 * c.b);
+    const Vector3 v = c.motion(y);
     const double slip = c.has_cone() ? v.tail<2>().norm() : 0.0;
     const double apart = v[0] - c.friction * slip;
     const double lacking = c.held ? v.norm() : std::max(0.0, -apart);
@@ -214,7 +208,7 @@ Along GroupProblem::along(const VectorXd& y) const {
 
 /// Velocities by the blocks' sizes.
 void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) const {
-  const double fastest = given.lpNorm<Eigen::Infinity>();
+  const double fastest = largest(given);
   if (!(fastest > 0.0)) return;
   const VectorXd y = given / fastest;
   const Along contacts = along(y);
@@ -268,7 +262,7 @@ VectorXd GroupProblem::scaled_velocities(const std::vector<Vector6>& velocities)
     velocity.tail<3>() *= problem_.blocks[index(group_.blocks[s])].size;
     result.segment<6>(6 * static_cast<Eigen::Index>(s)) = velocity;
   }
-  const double fastest = result.lpNorm<Eigen::Infinity>();
+  const double fastest = largest(result);
   return fastest > 0.0 ? VectorXd(result / fastest) : result;
 }
 
@@ -281,7 +275,7 @@ std::vector<VectorXd> GroupProblem::sums(const MechanismPair& pair) const {
   for (const VectorXd& tight : tights) {
     for (double part = kLeastPart; part <= 1.0; part *= 4.0) {
       VectorXd sum = tight + part * other;
-      sum /= std::max(sum.lpNorm<Eigen::Infinity>(), 1e-300);
+      sum /= std::max(largest(sum), 1e-300);
       if (along(sum).short_sum * Equilibrium::kLargestForces > Equilibrium::kBalanced) continue;
       result.push_back(std::move(sum));
       break;
@@ -306,8 +300,8 @@ void GroupProblem::combine(double factor, const MechanismPair& pair, Equilibrium
 void GroupProblem::combine_least(const MechanismPair& pair, Equilibrium& result) {
   fill(0.0, 1.0);
   if (!(force_ > 0.0)) return;
-  const double dead_size = program_.load.lpNorm<Eigen::Infinity>();
-  const double live_size = program_.live.lpNorm<Eigen::Infinity>();
+  const double dead_size = largest(program_.load);
+  const double live_size = largest(program_.live);
   const auto least = [&](const VectorXd& y) {
     const double live = program_.live.dot(y);
     if (!(live > 0.0)) return kInfinite;
@@ -632,14 +626,11 @@ Equilibrium largest_load_factor(const EquilibriumProblem& problem, double larges
     const bool limits = island.factor() < largest * (1.0 - 1e-7);
     if (own.verdict != EquilibriumVerdict::Admissible ||
         (limits && island.factor() < result.factor)) {
-      const int factorizations = result.factorizations, islands = result.islands;
-      const bool limited = result.limited || limits;
-      const double factor = std::min(result.factor, island.factor());
+      own.factorizations = result.factorizations;
+      own.islands = result.islands;
+      own.factor = std::min(result.factor, island.factor());
+      own.limited = result.limited || limits;
       result = own;
-      result.factorizations = factorizations;
-      result.islands = islands;
-      result.factor = factor;
-      result.limited = limited;
     }
     if (verdict == EquilibriumVerdict::Mechanism) break;
   }
