@@ -1,6 +1,6 @@
 /// What no contact has to push. Scenes of it are cases gravity_off, gravity_fades and ground_gone.
 
-#include "solver/src/iteration/free_motion.hpp"
+#include "solver/src/iteration/open_close.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "solver/src/contact/joint_section.hpp"
+#include "solver/src/contact/joint_area.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "contact/contact_jacobian.hpp"
+#include "contact/joint_area.hpp"
 #include "contact/joint_law.hpp"
-#include "contact/joint_section.hpp"
 
 namespace quoin::solver {
 namespace {

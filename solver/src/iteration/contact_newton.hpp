@@ -1,10 +1,82 @@
 #pragma once
-/// Newton's method on the equations of one linearised step, with a search along each step.
+/// Newton's method on the equations of one linearised step, with a search along each step. They are
+/// counted from a first guess D0:
+///
+///   residual(D) = (F - K D0) - K D + sum J^T f(d),   d = (offset + J D0) + J D.
+///
+/// Forces and gaps are then rounded like the change D and not like the whole motion of the step.
+
+#include <span>
 
 #include "base/step_watch.hpp"
-#include "iteration/contact_equations.hpp"
+#include "contact/linear_contact.hpp"
+#include "linear/linear_solver.hpp"
 
 namespace quoin::solver {
+
+/// K (diagonal) and F of the blocks alone, and the pairs that contacts couple.
+struct BlockEquations {
+  const BlockSystem& base;
+  const BlockVector& force;
+};
+
+/// What a contact follows: the mode assumed at the start (no conditions are checked), or its law.
+enum class Law { Assumed, True };
+
+/// Keeps the memory between calls.
+class ContactEquations {
+ public:
+  explicit ContactEquations(const Slots& slots);
+
+  /// From here on.
+  void use(const Threads& threads) { threads_ = threads; }
+
+  /// Takes `guess` as D0. Sets LinearContact::guess. `gap_rounding`, m: between blocks that stand a
+  /// smaller gap or slip is zero.
+  void shift(const BlockEquations& blocks, std::span<LinearContact> contacts,
+             const BlockVector& guess, double gap_rounding);
+
+  /// The residual of the change D. Sets d, forces and modes of the contacts. `softness`: of all
+  /// contacts, share of their stiffness.
+  void evaluate(const BlockSystem& base, std::span<LinearContact> contacts,
+                const BlockVector& change, Law law, double softness);
+
+  const BlockVector& residual() const { return residual_; }  ///< by slot
+  /// The largest residual by the forces at its block, less what rounding makes of it.
+  double relative_residual() const { return worst_residual(floor_); }
+  /// The same, less what rounding of `change`, which was evaluated, makes of it, too.
+  double residual_beyond_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
+                                  const BlockVector& change, double softness) const;
+  bool balanced(std::size_t slot, double tolerance) const;
+  /// Moments and strain moments by block length, N2.
+  double squared_residual() const;
+  /// Of the residual along a direction, J.
+  double slope(const BlockVector& direction) const;
+  /// The largest of forces on blocks, by the forces at them.
+  double relative_push(const BlockVector& push) const;
+
+ private:
+  /// Of a block's residual what is above `floor`, N.
+  double unbalanced(std::size_t slot, double floor) const;
+  void evaluate_contact(const BlockVector& change, Law law, double softness,
+                        LinearContact& c) const;
+  void evaluate_blocks(const BlockSystem& base, const BlockVector& change, std::size_t first,
+                       std::size_t end);
+  void push_blocks(std::span<const LinearContact> contacts, std::size_t first, std::size_t end);
+  void add_rounding(const BlockSystem& base, std::span<const LinearContact> contacts,
+                    const BlockVector& change, double softness, std::vector<double>& floor) const;
+  double floor_beside(std::size_t slot) const;
+  double worst_residual(std::span<const double> floor) const;
+
+  Threads threads_;
+  const Slots* slots_;
+  BlockVector right_;  ///< F - K D0
+  BlockVector residual_;
+  std::vector<double> scale_;  ///< force scale, per slot, N
+  /// What rounding of the guess makes of a residual, N: per slot; of it, of the blocks alone, of
+  /// all contacts as if closed; and of each contact's force.
+  std::vector<double> floor_, block_floor_, all_noise_, noise_;
+};
 
 /// What was spent.
 struct NewtonCount {
