@@ -436,4 +436,13 @@ double ContactGeometry::rounding() const {
   return 4.0 * kEpsilon * (between.norm() + place_a.norm() + lever_b.norm());
 }
 
+Vector3 force_on_b(const Contact& contact) {
+  return contact.normal_force * contact.point.normal - contact.shear_force;
+}
+
+void set_force_on_b(const Vector3& force, Contact& contact) {
+  contact.normal_force = force.dot(contact.point.normal);
+  contact.shear_force = contact.normal_force * contact.point.normal - force;
+}
+
 }  // namespace quoin::solver

@@ -113,6 +113,10 @@ void uncross_turned_edges(const PairPoses& start, const PairPoses& end, BodyCont
 /// Its normal alone.
 Vector3 contact_normal(const BodyContact& contact, const Pose& a, const Pose& b);
 
+/// Mean of the step, N.
+Vector3 force_on_b(const Contact& contact);
+void set_force_on_b(const Vector3& force, Contact& contact);
+
 /// Of one pair of convex parts.
 inline bool same_joint(const BodyContact& x, const BodyContact& y) {
   return x.a == y.a && x.b == y.b && x.part_a == y.part_a && x.part_b == y.part_b;

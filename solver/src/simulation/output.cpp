@@ -295,9 +295,7 @@ void write_contact_data(Appended& file, const Scene& scene, std::span<const Cont
   numbers("normal_force", [](C c) { return c.normal_force; });
   numbers("shear_force", [](C c) { return c.shear_force.norm(); });
   each_vector(file, "normal", 3, count, [&](std::size_t i) { return all[i].point.normal; });
-  each_vector(file, "force_on_b", 3, count, [&](std::size_t i) -> Vector3 {
-    return all[i].normal_force * all[i].point.normal - all[i].shear_force;
-  });
+  each_vector(file, "force_on_b", 3, count, [&](std::size_t i) { return force_on_b(all[i]); });
   file.raw("</PointData>\n");
 }
 

@@ -5,8 +5,6 @@
 
 #include "base/index.hpp"
 #include "step/contact_search.hpp"
-#include "step/island_extremes.hpp"
-#include "step/share_out.hpp"
 #include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
@@ -89,6 +87,12 @@ bool islands_stay(const StepRun& run) {
 
 }  // namespace
 
+bool all_known(const Workspace& work) {
+  return !work.islands_met && std::ranges::all_of(work.islands, [&](const auto& island) {
+    return is_known(work, *island);
+  });
+}
+
 void form_islands(const StepRun& run) {
   if (is_paper_method(run.options.method)) return form_whole_scene(run);
   if (!run.work.islands.empty() && islands_stay(run)) return;
@@ -132,7 +136,7 @@ bool constant_loads(const CompiledScene& compiled, const IslandBlocks& island) {
 void wake_islands(const StepRun& run) {
   for (const auto& island : run.work.islands) {
     const auto rests = [&](int block) { return run.before.at_rest[index(block)] != 0; };
-    const bool goes_on_resting = island->at_rest && island->known == run.work.search_epoch;
+    const bool goes_on_resting = island->at_rest && is_known(run.work, *island);
     island->at_rest = goes_on_resting || (std::ranges::all_of(island->own(), rests) &&
                                           constant_loads(run.compiled, island->blocks));
     island->begun = true;
@@ -151,9 +155,8 @@ namespace {
 /// What the island's last step left is what it starts with. Where a joint dilates or gravity is a
 /// function of time, reaches may be others.
 bool goes_on(const StepRun& run, const Island& island) {
-  return island.known == run.work.search_epoch &&
-         !run.before.at_rest[index(island.own().front())] && !run.compiled.dilates &&
-         run.compiled.scene.gravity.is_constant();
+  return is_known(run.work, island) && !run.before.at_rest[index(island.own().front())] &&
+         !run.compiled.dilates && run.compiled.scene.gravity.is_constant();
 }
 
 constexpr std::size_t kNotKnown = std::numeric_limits<std::size_t>::max();

@@ -2,9 +2,80 @@
 /// Velocities at the end of a sub-step: restitution at closing contacts, rest at sticking ones.
 /// [Moreau 1988]; the impulses replace the contact forces of the step, so that momentum is kept.
 
-#include "step/step_attempt.hpp"
+#include "base/joined_groups.hpp"
+#include "contact/linear_contact.hpp"
+#include "step/sub_step.hpp"
 
 namespace quoin::solver {
+
+/// Contacts of velocities, and the blocks' equations: d is a relative velocity times dt, a force
+/// 2/dt of an impulse.
+struct VelocityProblem {
+  /// What a solution changes of a contact, as it is before.
+  struct Start {
+    Vector3 multiplier = Vector3::Zero();
+    double gap = 0.0, normal_stiffness = 0.0, shear_stiffness = 0.0;
+    double bounce = 0.0;  ///< of d, with full restitution, m
+    ContactMode assumed = ContactMode::Open;
+  };
+  /// A contact of a joint that dilates: how far it opens hangs on the velocities sought.
+  struct Opening {
+    std::size_t contact = 0;
+    double slope = 0.0;   ///< opening per slip
+    double opened = 0.0;  ///< of d, taken off its start, m
+  };
+  std::span<LinearContact> contacts;
+  std::vector<Start> starts;      ///< by contact
+  std::vector<Opening> openings;  ///< by the last solution
+  BlockVector velocity, force;    ///< by slot: velocity times dt as the positions have it, F
+  std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
+};
+
+/// Work on blocks in a sub-step, by slot, J.
+struct WorkOnBlocks {
+  std::span<const double> forces;    ///< of all that the positions know
+  std::span<const double> impulses;  ///< of moving supports, by the impulses beyond their forces
+};
+
+/// Restitution of each group of blocks that closed contacts join, or joined until the first impact:
+/// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
+class Restitution {
+ public:
+  /// All of it. `compliance`: inverse of each block's K, by slot.
+  void begin(const SubStep& step, const VelocityProblem& problem, const SquareBlocks& compliance,
+             std::span<const BlockState> end);
+
+  /// The contacts as they are before a solution, with their bounce, or what is left of it.
+  void apply(const VelocityProblem& problem) const;
+
+  /// Less of it for groups that have more energy than they had with the work done on them, where
+  /// impulses gave it or bound_energy() could not take it off; true when there are any. `end`: by
+  /// block.
+  bool lessen(const SubStep& step, const WorkOnBlocks& work, std::span<const BlockState> end);
+
+  /// By slot: the least slot of its group.
+  std::span<const int> groups() const { return groups_; }
+  /// By the slot of a group: contacts of it bounce, as the positions have it.
+  std::span<const char> bouncing() const { return bouncing_; }
+  /// Likewise: supports or held points take up momentum of it.
+  std::span<const char> grounded() const { return grounded_; }
+  /// Likewise: and one of these moves.
+  std::span<const char> driven() const { return driven_; }
+
+ private:
+  std::size_t group_of(const LinearContact& contact) const;
+
+  JoinedGroups joined_;
+  std::vector<int> groups_;
+  std::vector<double> shares_;  ///< by group; 0 where nothing bounces
+  std::vector<char> bouncing_, grounded_, driven_;
+  std::vector<double> free_;  ///< by group, J: of what no contact has pushed
+  std::vector<double> available_, now_, strained_, pushed_;  ///< memory of lessen(): by group, J
+};
+
+struct AttemptMemory;
+struct Attempt;
+struct BlocksAtEnd;
 
 /// After positions were solved with `contacts`. Changes the velocities of blocks.end and what
 /// `attempt` says of the solution and of the impact's loss.

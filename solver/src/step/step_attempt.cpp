@@ -7,12 +7,191 @@
 #include "base/index.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
+#include "contact/joint_springs.hpp"
 #include "iteration/contact_problem.hpp"
-#include "step/contact_record.hpp"
-#include "step/hit_blocks.hpp"
+#include "step/linearise.hpp"
 
 namespace quoin::solver {
 namespace {
+
+constexpr double kSameStretch = 1e-9;  // relative: what differs by less is rounding of places
+
+/// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
+/// anchor of a vertex stays on it.
+void move_anchor(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
+                 const BodyContact& contact, Contact& ended) {
+  const Vector3 normal_part = now.gap * now.normal;
+  if (contact.normal_on_a) {
+    ended.anchor_b = contact.arm_b;
+    ended.anchor_a = reference_arm(a, now.place_b - normal_part - stretch);
+  } else {
+    ended.anchor_a = contact.arm_a;
+    ended.anchor_b = reference_arm(b, now.place_a + normal_part + stretch - now.between);
+  }
+}
+
+/// The anchor follows: what stretch is left is the spring's at its limit (none for a multiplier).
+Vector3 stretch_left(const Vector3& shear_force, const LinearContact& c, const Vector3& moved) {
+  if (!c.compliant || !(c.shear_spring > 0.0)) return Vector3::Zero();
+  return stretch_kept(c, moved) * shear_force / c.shear_spring;
+}
+
+/// What a spring of a joint with stiffness has stored goes by `stretch`; the anchors, held by
+/// blocks that turn, have it but for the second order of the turn, and less well on crossed edges.
+void keep_stretch(const Pose& a, const Pose& b, const ContactGeometry& now, const Vector3& stretch,
+                  const BodyContact& contact, Contact& state) {
+  const Vector3 along = stretch - stretch.dot(now.normal) * now.normal;
+  const double size = along.norm();
+  const Vector3 has = shear_stretch(a, b, now.normal, state);
+  if (!(size > 0.0) || (has - along).norm() <= kSameStretch * size) return;
+  move_anchor(a, b, now, stretch.norm() / size * along, contact, state);
+}
+
+void record_contact(const LinearContact& c, const StepPoses& poses, const BodyContact& contact,
+                    Contact& state) {
+  const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
+  const ContactGeometry now = contact_geometry(contact, a, b);
+  const Vector3 before =
+      contact_normal(contact, poses.start[index(contact.a)], poses.start[index(contact.b)]);
+  Vector3 t1, t2;
+  tangent_frame(contact, 0.5 * (before + now.normal), t1, t2);
+  state.mode = c.mode;
+  state.next_normal_force = c.force[0];
+  state.next_shear_force = -(c.force[1] * t1 + c.force[2] * t2);
+  state.point.point_a = a.centroid + now.place_a;
+  state.point.point_b = a.centroid + now.place_b;
+  state.point.normal = now.normal;
+  state.point.gap = now.gap;
+  set_force_on_b(c.jacobian_b.rigid.leftCols<3>().transpose() * c.force, state);
+  const Vector3 moved = moved_by(poses, contact, c);
+  state.slip += slip_in_step(c, moved);
+  const double softening = contact.joint->softening_slip;
+  if (!state.failed && softening > 0.0 && state.slip >= softening) weaken(*contact.joint, state);
+  if (c.mode == ContactMode::Open) return;
+  if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
+    move_anchor(a, b, now, stretch_left(state.next_shear_force, c, moved), contact, state);
+  } else if (state.spring_area > 0.0) {
+    const Vector3 end = c.start + moved;
+    keep_stretch(a, b, now, end[1] * t1 + end[2] * t2, contact, state);
+  }
+}
+
+/// What a solved sub-step leaves in its contacts: forces, modes, slips, anchors. `contacts`: as
+/// they were at the start.
+void record(std::span<const BodyContact> contacts, const StepPoses& poses, Attempt& attempt) {
+  const auto is_hit = [&](int slot) { return slot >= 0 && attempt.hit[index(slot)]; };
+  attempt.contacts.clear();
+  attempt.contacts.reserve(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LinearContact& c = attempt.linear[i];
+    Contact& state = attempt.contacts.emplace_back(contacts[i].state);
+    state.impact = is_hit(c.slot_a) || is_hit(c.slot_b);
+    record_contact(c, poses, contacts[i], state);
+  }
+}
+
+// Blocks that an impact of a sub-step hits. The impulse of an impact is no force of one step's
+// length: it would load the strain of every block it passes through with energy that is not there.
+// Hit blocks move rigidly through the step, where they can; their strain goes on in the next.
+
+enum class Impacts { Expected, Solved };
+
+/// Whether a contact ends closed to the gap tolerance, whatever its mode. Where blocks meet just as
+/// a step ends nothing is left for forces to do, and which corners of a face these close is a
+/// matter of rounding: an impulse at some of them alone would turn the blocks.
+bool touches(const SubStep& step, const LinearContact& c) {
+  return !c.compliant && c.relative[0] <= step.gap_tolerance();
+}
+
+/// A contact that closes faster than what the step does not resolve.
+bool is_impact(const SubStep& step, const LinearContact& c, Impacts impacts) {
+  if (!c.hits) return false;
+  return impacts == Impacts::Expected || c.mode != ContactMode::Open || touches(step, c);
+}
+
+/// By slot: blocks that an impact hits, and those that lean on them or touch them: expected from
+/// how they move before the step is solved, or as it was solved.
+void find_hit_blocks(const SubStep& step, std::span<const BodyContact> contacts,
+                     std::span<const LinearContact> linear, Impacts impacts,
+                     std::vector<char>& hit) {
+  hit.assign(step.island.slots.size.size(), 0);
+  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return;
+  bool grows = false;
+  const auto add = [&](int slot) {
+    if (slot < 0 || hit[index(slot)]) return;
+    hit[index(slot)] = 1;
+    grows = true;
+  };
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (!is_impact(step, linear[i], impacts)) continue;
+    add(linear[i].slot_a);
+    add(linear[i].slot_b);
+  }
+  const auto is_hit = [&](int slot) { return slot >= 0 && hit[index(slot)]; };
+  while (grows) {
+    grows = false;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      if (!contacts[i].was_closed && linear[i].start[0] > step.gap_tolerance()) continue;
+      if (is_hit(linear[i].slot_a)) add(linear[i].slot_b);
+      if (is_hit(linear[i].slot_b)) add(linear[i].slot_a);
+    }
+  }
+}
+
+/// Share of the step that had passed at the first impact that was solved; 0: there is none.
+double first_impact(const SubStep& step, std::span<const LinearContact> linear) {
+  if (step.options.method == ContactMethod::Springs || !step.dynamic()) return 0.0;
+  double first = 0.0;
+  for (const LinearContact& c : linear) {
+    if (!is_impact(step, c, Impacts::Solved)) continue;
+    first = first > 0.0 ? std::min(first, c.closing_share) : c.closing_share;
+  }
+  return first;
+}
+
+/// How far supports (fixed or prescribed blocks that hit blocks touch, points of these that are
+/// held) move against each other in the step, m: moving rigidly hit blocks may have no way. `hit`
+/// empty: all are.
+double shift_of_supports(const SubStep& step, std::span<const BodyContact> contacts,
+                         std::span<const LinearContact> linear, std::span<const char> hit,
+                         const StepPoses& poses) {
+  if (step.compiled.prescribed.empty() && step.compiled.held.empty()) return 0.0;  // none moves
+  constexpr double none = std::numeric_limits<double>::infinity();
+  const auto is_hit = [&](int slot) { return slot >= 0 && (hit.empty() || hit[index(slot)]); };
+  Vector3 high = Vector3::Constant(-none), low = high;  // of their ways, and of these turned
+  const auto bear = [&](int slot, const Vector3& way) {
+    if (!is_hit(slot)) return;
+    high = high.cwiseMax(way);
+    low = low.cwiseMax(-way);
+  };
+  const auto way_of = [&](int block) { return poses.increment[index(block)].head<3>(); };
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const LinearContact& c = linear[i];
+    if (c.slot_b < 0) bear(c.slot_a, way_of(contacts[i].b));
+    if (c.slot_a < 0) bear(c.slot_b, way_of(contacts[i].a));
+  }
+  for (std::size_t h = 0; h < step.island.held.size(); ++h) {
+    const VectorOfTime& way = step.compiled.held[index(step.island.held[h])].displacement;
+    bear(linear[contacts.size() + h].slot_b,
+         way.at(step.end_time()) - way.at(step.end_time() - step.length));
+  }
+  Vector3 shift;
+  for (int k = 0; k < 3; ++k) shift[k] = high[k] + low[k];
+  return shift.minCoeff() >= 0.0 ? shift.norm() : 0.0;  // there are no supports
+}
+
+/// Their strain waits. True when there are any that deform.
+bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& poses) {
+  bool any = false;
+  for (std::size_t s = 0; s < hit.size(); ++s) {
+    const std::size_t b = index(step.island.slots.block_of_slot[s]);
+    if (!hit[s] || !poses.deforms[b]) continue;
+    poses.deforms[b] = 0;
+    poses.increment[b].tail<6>().setZero();
+    any = true;
+  }
+  return any;
+}
 
 constexpr int kLinearisations = 30;
 // Linearisations whose changes, above rounding, have not halved in so many go round in circles: of
@@ -492,7 +671,7 @@ void attempt_positions(const SubStep& step, const LastSubStep& last,
   find_hit_blocks(step, contacts, attempt.linear, Impacts::Solved, attempt.hit);
   attempt.rounding = gap_rounding(attempt.linear);
   note_positions(step, attempt);
-  record({contacts, attempt.linear, attempt.hit}, poses, attempt.contacts);
+  record(contacts, poses, attempt);
 }
 
 }  // namespace quoin::solver

@@ -4,9 +4,9 @@
 #include "base/phase_clock.hpp"
 #include "iteration/contact_solver.hpp"
 #include "step/energy_bound.hpp"
+#include "step/impact_law.hpp"
 #include "step/linearise.hpp"
 #include "step/predict.hpp"
-#include "step/restitution.hpp"
 
 namespace quoin::solver {
 

@@ -11,7 +11,6 @@
 #include "step/attempt_rounds.hpp"
 #include "step/contact_search.hpp"
 #include "step/form_islands.hpp"
-#include "step/side_by_side.hpp"
 #include "step/step_report.hpp"
 
 namespace quoin::solver {

@@ -1,7 +1,7 @@
 #pragma once
 /// What a step says of itself.
 
-#include "step/step_run.hpp"
+#include "step/workspace.hpp"
 
 namespace quoin::solver {
 
