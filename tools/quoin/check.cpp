@@ -320,17 +320,14 @@ void print_pairs(const char* what, const json& pairs) {
   constexpr std::size_t kMost = 10;
   for (std::size_t i = 0; i < std::min(kMost, pairs.size()); ++i) {
     std::printf("  %s %.3g m: %s, %s\n", what, std::abs(pairs[i]["gap"].get<double>()),
-                pairs[i]["a"].get_ref<const std::string&>().c_str(),
-                pairs[i]["b"].get_ref<const std::string&>().c_str());
+                words(pairs[i]["a"]), words(pairs[i]["b"]));
   }
   if (pairs.size() > kMost) std::printf("  … %zu in all (--json lists them)\n", pairs.size());
 }
 
 void print_start(const json& report) {
   const json& blocks = report["blocks"];
-  const std::string& title = report["title"].get_ref<const std::string&>();
-  std::printf("%s\n",
-              (title.empty() ? report["scene"].get_ref<const std::string&>() : title).c_str());
+  std::printf("%s\n", words(report[report["title"] == "" ? "scene" : "title"]));
   std::printf("  blocks: %d deformable, %d rigid, %d fixed, %d prescribed",
               blocks["deformable"].get<int>(), blocks["rigid"].get<int>(),
               blocks["fixed"].get<int>(), blocks["prescribed"].get<int>());
@@ -346,16 +343,13 @@ void print_start(const json& report) {
   print_pairs("gap", contacts["gaps"]);
   const json& loose = report["without_support"];
   for (std::size_t i = 0; i < std::min<std::size_t>(10, loose.size()); ++i)
-    std::printf("  without support: %s\n", loose[i].get_ref<const std::string&>().c_str());
+    std::printf("  without support: %s\n", words(loose[i]));
   if (loose.size() > 10) std::printf("  … %zu in all\n", loose.size());
-  for (const json& note : report["notes"])
-    std::printf("  %s\n", note.get_ref<const std::string&>().c_str());
+  for (const json& note : report["notes"]) std::printf("  %s\n", words(note));
   for (const json& point : report["points_outside"]) {
-    std::printf("  outside its block \"%s\": %s at (%g, %g, %g) m\n",
-                point["block"].get_ref<const std::string&>().c_str(),
-                point["what"].get_ref<const std::string&>().c_str(),
-                point["point"][0].get<double>(), point["point"][1].get<double>(),
-                point["point"][2].get<double>());
+    std::printf("  outside its block \"%s\": %s at (%g, %g, %g) m\n", words(point["block"]),
+                words(point["what"]), point["point"][0].get<double>(),
+                point["point"][1].get<double>(), point["point"][2].get<double>());
   }
 }
 
@@ -369,15 +363,14 @@ void print_run(const json& report) {
       step["contact_damping"].get<double>(),
       step["fall_in_a_step_by_smallest_block"].get<double>());
   const json& trial = report["trial_step"];
-  std::printf("  one step tried: %s\n", trial["message"].get_ref<const std::string&>().c_str());
+  std::printf("  one step tried: %s\n", words(trial["message"]));
   const double seconds = trial["step_seconds"].get<double>();
   if (seconds > 0.0) {
     std::printf("  to expect: at most %ld steps of %.3g s: %.3g s, %.0f MB\n",
                 trial["most_steps"].get<long>(), seconds, trial["most_seconds"].get<double>(),
                 trial["memory_mb"].get<double>());
   }
-  for (const json& line : report["left_out"])
-    std::printf("  left out: %s\n", line.get_ref<const std::string&>().c_str());
+  for (const json& line : report["left_out"]) std::printf("  left out: %s\n", words(line));
 }
 
 int check(const CheckArguments& arguments) {

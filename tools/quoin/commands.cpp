@@ -17,6 +17,10 @@ void complain(const std::string& message, const std::string& subject) {
                scene_file::printable(message, kMost).c_str());
 }
 
+const char* words(const nlohmann::ordered_json& string) {
+  return string.get_ref<const std::string&>().c_str();
+}
+
 std::string text(const nlohmann::ordered_json& document) {
   return document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

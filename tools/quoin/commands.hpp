@@ -16,6 +16,9 @@ namespace quoin::commands {
 /// JSON over many lines; bytes that are no UTF-8 are replaced.
 std::string text(const nlohmann::ordered_json& document);
 
+/// What a string of JSON says; there as long as the string.
+const char* words(const nlohmann::ordered_json& string);
+
 /// The scene file and `--set`, which changes it before it is read.
 void add_scene_options(CLI::App& command, std::string& scene, std::vector<std::string>& changes);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <memory>
 
 #include "commands.hpp"
@@ -117,8 +118,7 @@ void print(const json& report) {
     else
       std::printf("  %s %.9g\n", text, report[key]["value"].get<double>());
   };
-  std::printf("%s: %s\n", report["scene"].get<std::string>().c_str(),
-              report["vary"].get<std::string>().c_str());
+  std::printf("%s: %s\n", words(report["scene"]), words(report["vary"]));
   print_loading(report["loading"]);
   line("stands", "admissible (forces within what joints bear balance all loads) at");
   line("falls", "falls (proved, whatever the flow rule) at");
@@ -127,8 +127,7 @@ void print(const json& report) {
                 report["convex"].get<double>());
   }
   if (!report["why"].is_null()) {
-    std::printf("  farther apart than the tolerance: %s\n",
-                report["why"].get<std::string>().c_str());
+    std::printf("  farther apart than the tolerance: %s\n", words(report["why"]));
   }
   std::printf("  %d factorizations; admissible is no proof that loading reaches it\n",
               report["factorizations"].get<int>());
@@ -148,23 +147,29 @@ void write_trial(OutputFolder& folder, const std::string& name, const Trial* tri
                             *trial);
 }
 
+/// `name`: of the report in the folder --out, into which `add` puts what is beside it.
 int show(const LimitArguments& arguments, const json& report, void (*print_report)(const json&),
-         int exit_code) {
+         int exit_code, const char* name, const std::function<void(OutputFolder&)>& add = {}) {
+  if (!arguments.out.empty()) {
+    OutputFolder folder(arguments.out);
+    write(folder, name, report);
+    if (add) add(folder);
+    folder.commit(OutputFolder::Checkpoint::Drop);
+  }
   arguments.json ? (void)std::printf("%s\n", text(report).c_str()) : print_report(report);
   return exit_code;
 }
 
 void print_blocks(const json& report) {
-  std::printf("%s: every block alone, its neighbours fixed\n",
-              report["scene"].get<std::string>().c_str());
+  std::printf("%s: every block alone, its neighbours fixed\n", words(report["scene"]));
   std::printf("  %-20s %12s  strength divided by: stands, falls\n", "key block", "volume, m3");
   for (const json& block : report["blocks"]) {
     if (!block["key"].get<bool>()) continue;
     const auto at = [&](const char* key) {
       return block[key].is_null() ? std::string("none") : text(block[key]);
     };
-    std::printf("  %-20s %12.6g  %s, %s\n", block["name"].get<std::string>().c_str(),
-                block["volume"].get<double>(), at("stands").c_str(), at("falls").c_str());
+    std::printf("  %-20s %12.6g  %s, %s\n", words(block["name"]), block["volume"].get<double>(),
+                at("stands").c_str(), at("falls").c_str());
   }
   std::printf("  %zu blocks move, %d of them could be taken out, %d are key blocks\n",
               report["blocks"].size(), report["removable"].get<int>(), report["keys"].get<int>());
@@ -187,12 +192,7 @@ int each(const LimitArguments& arguments) {
   }
   const json report = {
       {"scene", arguments.scene}, {"removable", removable}, {"keys", keys}, {"blocks", blocks}};
-  if (!arguments.out.empty()) {
-    OutputFolder folder(arguments.out);
-    write(folder, "blocks.json", report);
-    folder.commit(OutputFolder::Checkpoint::Drop);
-  }
-  return show(arguments, report, print_blocks, kDone);
+  return show(arguments, report, print_blocks, kDone, "blocks.json");
 }
 
 /// `sign`: of the values, -1 where the push was against what is asked for.
@@ -208,9 +208,8 @@ json side(const Limit& limit, double sign) {
 }
 
 void print_thrust(const json& report) {
-  std::printf("%s: thrust on \"%s\" along (%.6g, %.6g, %.6g), N\n",
-              report["scene"].get<std::string>().c_str(),
-              report["support"].get<std::string>().c_str(), report["direction"][0].get<double>(),
+  std::printf("%s: thrust on \"%s\" along (%.6g, %.6g, %.6g), N\n", words(report["scene"]),
+              words(report["support"]), report["direction"][0].get<double>(),
               report["direction"][1].get<double>(), report["direction"][2].get<double>());
   const auto print_side = [&](const char* key, const char* title) {
     for (const auto& [verdict, word] : {std::pair("stands", "admissible"), {"falls", "not"}}) {
@@ -222,8 +221,7 @@ void print_thrust(const json& report) {
       }
     }
   };
-  if (!report["least"]["why"].is_null())
-    std::printf("  %s\n", report["least"]["why"].get<std::string>().c_str());
+  if (!report["least"]["why"].is_null()) std::printf("  %s\n", words(report["least"]["why"]));
   print_side("least", "least thrust");
   print_side("greatest", "greatest thrust");
   print_side("shrink", "joints shrunk to a share");
@@ -257,18 +255,15 @@ int thrust(const LimitArguments& arguments) {
       {"shrink", side(found.shrink, 1.0)},
       {"geometric_factor_of_safety", factor},
       {"unique", unique}};
-  if (!arguments.out.empty()) {
-    OutputFolder folder(arguments.out);
-    write(folder, "thrust.json", report);
+  const auto add = [&](OutputFolder& folder) {
     for (const auto& [name, limit] : {std::pair("least", &found.least),
                                       {"greatest", &found.greatest},
                                       {"shrink", &found.shrink}}) {
       write_trial(folder, std::string(name) + "_stands", limit->stands.get(), {.what = "thrust"});
       write_trial(folder, std::string(name) + "_falls", limit->falls.get(), {.what = "thrust"});
     }
-    folder.commit(OutputFolder::Checkpoint::Drop);
-  }
-  return show(arguments, report, print_thrust, proved ? kDone : kFailed);
+  };
+  return show(arguments, report, print_thrust, proved ? kDone : kFailed, "thrust.json", add);
 }
 
 /// A path: what the run says stands beside what is proved of its geometries.
@@ -324,14 +319,11 @@ int limit(const LimitArguments& arguments) {
                  {"loading", loading},
                  {"why", limit.why.empty() ? json() : json(limit.why)},
                  {"factorizations", scenes.factorizations}};
-  if (!arguments.out.empty()) {
-    OutputFolder folder(arguments.out);
-    write(folder, "limit.json", report);
+  const auto add = [&](OutputFolder& folder) {
     write_trial(folder, "stands", limit.stands.get(), scenes.vary());
     write_trial(folder, "falls", limit.falls.get(), scenes.vary());
-    folder.commit(OutputFolder::Checkpoint::Drop);
-  }
-  return show(arguments, report, print, limit.why.empty() ? kDone : kFailed);
+  };
+  return show(arguments, report, print, limit.why.empty() ? kDone : kFailed, "limit.json", add);
 }
 
 int asked(const LimitArguments& words) {

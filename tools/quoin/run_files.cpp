@@ -34,8 +34,13 @@ json vector(const Eigen::VectorXd& value) {
 
 std::string numbered(const char* stem, std::size_t number, const char* extension) {
   const std::string digits = std::to_string(number);
-  return stem + std::string(6 - std::min<std::size_t>(6, digits.size()), '0') + digits + extension;
+  const std::string zeros(6 - std::min<std::size_t>(6, digits.size()), '0');
+  return stem + ("_" + zeros) + digits + "." + extension;
 }
+
+/// Files of which each frame has one, in ParaView's forms.
+constexpr std::pair<const char*, const char*> kFrames[] = {
+    {"blocks", "vtu"}, {"contacts", "vtp"}, {"ties", "vtp"}};
 
 const char* name(Analysis analysis) {
   return analysis == Analysis::Dynamic  ? "dynamic"
@@ -98,34 +103,45 @@ json references_json(const SceneFile& file, const RunResult& result) {
   return list;
 }
 
+/// A part of what a monitor shows.
+struct Shown {
+  const char* name;    ///< in summary.json
+  const char* column;  ///< in history.csv, before the axes
+  std::span<const double> value;
+};
+
+std::vector<Shown> shown(Monitor::Kind kind, const MonitorValue& value) {
+  const auto all = [](const auto& of) {
+    return std::span(of.data(), std::size_t{of.SizeAtCompileTime});
+  };
+  switch (kind) {
+    case Monitor::Kind::Contact:
+      return {{"force", "f", all(value.force)},
+              {"normal_force", "normal_force", {&value.normal_force, 1}},
+              {"moment", "m", all(value.moment)},
+              {"centre_of_pressure", "c", all(value.centre_of_pressure)}};
+    case Monitor::Kind::Group:
+      return {{"momentum", "p", all(value.momentum)},
+              {"angular_momentum", "l", all(value.angular_momentum)},
+              {"stress", "stress_", all(value.stress)},
+              {"strain", "strain_", all(value.strain)}};
+    case Monitor::Kind::FixedPoints:
+      return {{"force", "f", all(value.force)}};
+    case Monitor::Kind::Point:
+      break;
+  }
+  return {{"displacement", "u", all(value.displacement)},
+          {"velocity", "v", all(value.velocity)},
+          {"rotation", "r", all(value.rotation)},
+          {"angular_velocity", "w", all(value.angular_velocity)}};
+}
+
 json monitors_json(const SceneFile& file, const RunResult& result) {
   json all = json::object();
   for (std::size_t m = 0; m < file.monitors.size(); ++m) {
-    const MonitorValue& value = result.monitors[m];
-    json& shown = all[file.monitors[m].name];
-    switch (file.monitors[m].kind) {
-      case Monitor::Kind::Contact:
-        shown = {{"force", vector(value.force)},
-                 {"normal_force", value.normal_force},
-                 {"moment", vector(value.moment)},
-                 {"centre_of_pressure", vector(value.centre_of_pressure)}};
-        break;
-      case Monitor::Kind::Group:
-        shown = {{"momentum", vector(value.momentum)},
-                 {"angular_momentum", vector(value.angular_momentum)},
-                 {"stress", vector(value.stress)},
-                 {"strain", vector(value.strain)}};
-        break;
-      case Monitor::Kind::FixedPoints:
-        shown = {{"force", vector(value.force)}};
-        break;
-      case Monitor::Kind::Point:
-        shown = {{"displacement", vector(value.displacement)},
-                 {"velocity", vector(value.velocity)},
-                 {"rotation", vector(value.rotation)},
-                 {"angular_velocity", vector(value.angular_velocity)}};
-        break;
-    }
+    json& parts = all[file.monitors[m].name];
+    for (const Shown& part : shown(file.monitors[m].kind, result.monitors[m]))
+      parts[part.name] = part.value.size() == 1 ? json(part.value[0]) : json(part.value);
   }
   return all;
 }
@@ -244,27 +260,21 @@ constexpr const char* kBlocks = "blocks.csv";
 constexpr const char* kContacts = "contacts.csv";
 constexpr const char* kJoints = "joints.csv";
 
-std::vector<const char*> columns_of(Monitor::Kind kind) {
-  switch (kind) {
-    case Monitor::Kind::Contact:
-      return {"fx", "fy", "fz", "normal_force", "mx", "my", "mz", "cx", "cy", "cz"};
-    case Monitor::Kind::Group:
-      return {"px",        "py",        "pz",        "lx",        "ly",        "lz",
-              "stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx",
-              "strain_xx", "strain_yy", "strain_zz", "strain_xy", "strain_yz", "strain_zx"};
-    case Monitor::Kind::FixedPoints:
-      return {"fx", "fy", "fz"};
-    case Monitor::Kind::Point:
-      break;
-  }
-  return {"ux", "uy", "uz", "vx", "vy", "vz", "rx", "ry", "rz", "wx", "wy", "wz"};
+const char* axes(const Shown& part, std::size_t i) {
+  static constexpr const char* kVector[] = {"x", "y", "z"};
+  static constexpr const char* kTensor[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
+  return part.value.size() == 1 ? "" : part.value.size() == 3 ? kVector[i] : kTensor[i];
 }
 
 std::string history_head(const SceneFile& file) {
   std::string head = "step,stage,time";
-  for (const Monitor& monitor : file.monitors)
-    for (const char* column : columns_of(monitor.kind))
-      head += ',' + scene_file::csv_field(monitor.name + "." + column);
+  const MonitorValue none;
+  for (const Monitor& monitor : file.monitors) {
+    for (const Shown& part : shown(monitor.kind, none)) {
+      for (std::size_t i = 0; i < part.value.size(); ++i)
+        head += ',' + scene_file::csv_field(monitor.name + "." + part.column + axes(part, i));
+    }
+  }
   return head +
          ",kinetic,potential,strain,contact,work,friction_loss,impact_loss,algorithmic_loss,"
          "contacts,closed,largest_overlap,unbalance,sub_steps,iterations,linear_solves";
@@ -357,13 +367,11 @@ RunFiles::RunFiles(OutputFolder& folder, const SceneFile& file, std::istream& re
 void RunFiles::remove_later_frames() {
   std::error_code ignored;
   for (std::size_t number = times_.size();; ++number) {
-    const bool blocks =
-        std::filesystem::remove(folder_.path() / numbered("blocks_", number, ".vtu"), ignored);
-    const bool contacts =
-        std::filesystem::remove(folder_.path() / numbered("contacts_", number, ".vtp"), ignored);
-    const bool ties =
-        std::filesystem::remove(folder_.path() / numbered("ties_", number, ".vtp"), ignored);
-    if (!blocks && !contacts && !ties) return;
+    std::uintmax_t removed = 0;
+    for (const auto& [stem, extension] : kFrames)
+      removed +=
+          std::filesystem::remove(folder_.path() / numbered(stem, number, extension), ignored);
+    if (removed == 0) return;
   }
 }
 
@@ -377,24 +385,8 @@ void RunFiles::write_history_line(const StepView& view) {
   if (!history_) return;
   history_->number(steps_).number(static_cast<long>(view.stage)).number(view.dynamic_time);
   for (std::size_t m = 0; m < view.monitors.size(); ++m) {
-    const MonitorValue& value = view.monitors[m];
-    switch (file_.monitors[m].kind) {
-      case Monitor::Kind::Contact:
-        history_->numbers(value.force).number(value.normal_force).numbers(value.moment);
-        history_->numbers(value.centre_of_pressure);
-        break;
-      case Monitor::Kind::Group:
-        history_->numbers(value.momentum).numbers(value.angular_momentum);
-        history_->numbers(value.stress).numbers(value.strain);
-        break;
-      case Monitor::Kind::FixedPoints:
-        history_->numbers(value.force);
-        break;
-      case Monitor::Kind::Point:
-        history_->numbers(value.displacement).numbers(value.velocity).numbers(value.rotation);
-        history_->numbers(value.angular_velocity);
-        break;
-    }
+    for (const Shown& part : shown(file_.monitors[m].kind, view.monitors[m]))
+      for (const double value : part.value) history_->number(value);
   }
   const EnergyLedger& energy = view.simulation.state().energy;
   for (const double joule :
@@ -487,6 +479,18 @@ void RunFiles::write_blocks(const StepView& view) {
   blocks_->flush();
 }
 
+namespace {
+
+/// Stage, time, and two blocks by number and name.
+void start_line(CsvFile& file, const StepView& view, std::initializer_list<int> pair) {
+  file.number(static_cast<long>(view.stage)).number(view.dynamic_time);
+  for (const int block : pair) file.number(static_cast<long>(block));
+  for (const int block : pair)
+    file.text(view.simulation.scene().blocks[static_cast<std::size_t>(block)].name);
+}
+
+}  // namespace
+
 void RunFiles::write_contacts(const StepView& view) {
   const solver::State& state = view.simulation.state();
   if (!contacts_) return;
@@ -497,14 +501,10 @@ void RunFiles::write_contacts(const StepView& view) {
     return JointedPair{contact.point.key.a, contact.point.key.b};
   });
   write_joints(view, all);
-  const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   for (const solver::Contact& contact : all) {
     const geometry::ContactPoint& point = contact.point;
     const double shear = contact.shear_force.norm();
-    contacts_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
-    for (const int block : {point.key.a, point.key.b}) contacts_->number(static_cast<long>(block));
-    for (const int block : {point.key.a, point.key.b})
-      contacts_->text(blocks[static_cast<std::size_t>(block)].name);
+    start_line(*contacts_, view, {point.key.a, point.key.b});
     contacts_->text(geometry::name(point.type)).text(name(contact.mode));
     contacts_->number(long{solver::has_failed(view.simulation.scene(), contact)});
     contacts_->numbers(state.origin + point.point());
@@ -518,13 +518,9 @@ void RunFiles::write_contacts(const StepView& view) {
 }
 
 void RunFiles::write_joints(const StepView& view, std::span<const solver::Contact> contacts) {
-  const std::vector<solver::Block>& blocks = view.simulation.scene().blocks;
   const Vector3& origin = view.simulation.state().origin;
   for (const JointSum& joint : sums_by_joint(contacts)) {
-    joints_->number(static_cast<long>(view.stage)).number(view.dynamic_time);
-    for (const int block : {joint.a, joint.b}) joints_->number(static_cast<long>(block));
-    for (const int block : {joint.a, joint.b})
-      joints_->text(blocks[static_cast<std::size_t>(block)].name);
+    start_line(*joints_, view, {joint.a, joint.b});
     joints_->text(joint.closed > 0 ? "closed" : "open").number(static_cast<long>(joint.points));
     joints_->number(static_cast<long>(joint.closed)).number(joint.gap).number(joint.area);
     joints_->numbers(origin + joint.centre).numbers(joint.normal).number(joint.normal_force);
@@ -560,28 +556,24 @@ void RunFiles::write_vtk(const StepView& view) {
   times_.push_back(frame_time(view.simulation.state().time));
   share_.count > 1 ? write_pieces(view) : write_frame(view);
   if (share_.rank > 0) return;
-  const bool pieces = share_.count > 1;
-  std::vector<std::string> blocks, contacts;
-  for (std::size_t number = 0; number < times_.size(); ++number) {
-    blocks.push_back(numbered("blocks_", number, pieces ? ".pvtu" : ".vtu"));
-    contacts.push_back(numbered("contacts_", number, pieces ? ".pvtp" : ".vtp"));
+  for (const auto& [stem, extension] : kFrames) {
+    if (stem == std::string_view("ties") && !ties_) continue;
+    std::vector<std::string> names;
+    const std::string ending = (share_.count > 1 ? "p" : "") + std::string(extension);
+    for (std::size_t number = 0; number < times_.size(); ++number)
+      names.push_back(numbered(stem, number, ending.c_str()));
+    solver::write_series(folder_.file(stem + std::string(".pvd")).string(), times_, names);
   }
-  solver::write_series(folder_.file("blocks.pvd").string(), times_, blocks);
-  solver::write_series(folder_.file("contacts.pvd").string(), times_, contacts);
-  if (!ties_) return;
-  std::vector<std::string> ties;
-  for (std::size_t n = 0; n < times_.size(); ++n) ties.push_back(numbered("ties_", n, ".vtp"));
-  solver::write_series(folder_.file("ties.pvd").string(), times_, ties);
 }
 
 void RunFiles::write_frame(const StepView& view) {
   const std::size_t number = times_.size() - 1;
-  solver::write_blocks(folder_.file(numbered("blocks_", number, ".vtu")).string(), view.simulation,
+  solver::write_blocks(folder_.file(numbered("blocks", number, "vtu")).string(), view.simulation,
                        view.counted_from);
-  solver::write_contacts(folder_.file(numbered("contacts_", number, ".vtp")).string(),
+  solver::write_contacts(folder_.file(numbered("contacts", number, "vtp")).string(),
                          view.simulation);
   if (ties_)
-    solver::write_ties(folder_.file(numbered("ties_", number, ".vtp")).string(), view.simulation);
+    solver::write_ties(folder_.file(numbered("ties", number, "vtp")).string(), view.simulation);
 }
 
 void RunFiles::write_pieces(const StepView& view) {
@@ -595,16 +587,16 @@ void RunFiles::write_pieces(const StepView& view) {
     }
     return names;
   };
-  const std::vector<std::string> blocks = pieces_of("blocks_", ".vtu");
-  const std::vector<std::string> contacts = pieces_of("contacts_", ".vtp");
+  const std::vector<std::string> blocks = pieces_of("blocks", "vtu");
+  const std::vector<std::string> contacts = pieces_of("contacts", "vtp");
   const auto mine = static_cast<std::size_t>(share_.rank);
   const solver::Piece piece{share_.rank_of_block, share_.rank};
   solver::write_blocks(folder_.file(blocks[mine]).string(), view.simulation, view.counted_from,
                        piece);
   solver::write_contacts(folder_.file(contacts[mine]).string(), view.simulation, piece);
   if (share_.rank > 0) return;
-  solver::write_index(folder_.file(numbered("blocks_", number, ".pvtu")).string(), blocks);
-  solver::write_index(folder_.file(numbered("contacts_", number, ".pvtp")).string(), contacts);
+  solver::write_index(folder_.file(numbered("blocks", number, "pvtu")).string(), blocks);
+  solver::write_index(folder_.file(numbered("contacts", number, "pvtp")).string(), contacts);
 }
 
 void RunFiles::finish() {
