@@ -49,11 +49,15 @@ def put(path, text, name=""):
 
 
 def row(*cells):
-    return "| " + " | ".join(cells) + " |"
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
 def head(*names):
     return [row(*names), "|" + "---|" * len(names)]
+
+
+def page(*lines):
+    return "\n".join(lines) + "\n"
 
 
 def ratio(value):
@@ -89,21 +93,20 @@ def merge(out, parts):
 
 
 def time_text(nanoseconds):
-    if nanoseconds is None:
-        return "–"
-    return f"{nanoseconds:.1f}" if nanoseconds < 100 else f"{nanoseconds:.0f}"
+    return "–" if nanoseconds is None else f"{nanoseconds:.{1 if nanoseconds < 100 else 0}f}"
 
 
 def goal_rows(result):
-    """(workload, entry, ns, ratio, goal) for every workload with a goal."""
+    """(workload, entry, ns, peer, ns, goal) for every workload with a goal."""
     for workload, entries in groups(result).items():
-        if workload not in GOALS:
-            continue
-        name, goal = GOALS[workload]
+        name, goal = GOALS.get(workload, (None, 0))
         base = reference_time(workload, entries)
         for entry in entries:
             if entry["peer"] == name and base and entry["nanoseconds"]:
-                yield workload, entry, entry["nanoseconds"] / base, goal
+                yield workload, name, entry["nanoseconds"], reference_of(workload), base, goal
+    if find_goal(result):
+        whole, parts = find_goal(result)
+        yield "B/find-100000", "find", whole, "pairs alone at 1e3 + placements once", parts, 1.3
 
 
 def find_goal(result):
@@ -118,22 +121,13 @@ def find_goal(result):
 
 def goal_table(result):
     context = result["context"]
-    lines = [f"Machine: {context['processor']}, {context['cores']} cores; {context['compiler']}, "
-             f"`{context['flags'].strip()}`, {context['build']}; {context['gigahertz']:.2f} cycles a ns.", "",
-             "Goals (ratio of medians to the in-run peer):", "",
-             *head("workload", "entry", "ns", "peer", "ns", "ratio", "goal", "")]
-    by_workload = groups(result)
-    for workload, entry, ratio, goal in goal_rows(result):
-        base = reference_time(workload, by_workload[workload])
-        lines.append(f"| {workload} | {entry['peer']} | {time_text(entry['nanoseconds'])} | "
-                     f"{reference_of(workload)} | {time_text(base)} | {ratio:.3f} | {goal:.3g} | "
-                     f"{'reached' if ratio <= goal else 'missed'} |")
-    if find_goal(result):
-        whole, parts = find_goal(result)
-        lines.append(f"| B/find-100000 | find | {time_text(whole)} | pairs alone at 1e3 + placements once | "
-                     f"{time_text(parts)} | {whole / parts:.3f} | 1.3 | "
-                     f"{'reached' if whole <= 1.3 * parts else 'missed'} |")
-    return lines
+    return [f"Machine: {context['processor']}, {context['cores']} cores; {context['compiler']}, "
+            f"`{context['flags'].strip()}`, {context['build']}; {context['gigahertz']:.2f} cycles a ns.", "",
+            "Goals (ratio of medians to the in-run peer):", "",
+            *head("workload", "entry", "ns", "peer", "ns", "ratio", "goal", ""),
+            *(row(workload, entry, time_text(time), peer, time_text(base), f"{time / base:.3f}", f"{goal:.3g}",
+                  "reached" if time <= goal * base else "missed")
+              for workload, entry, time, peer, base, goal in goal_rows(result))]
 
 
 def tables(result):
@@ -141,18 +135,13 @@ def tables(result):
     for workload, entries in groups(result).items():
         base = reference_time(workload, entries)
         error = "area error" if workload.startswith("W4") else "gap error"
-        lines += ["", f"**{workload}**", "",
-                  f"| peer | ns | ratio | wrong | {error} median | max | |", "|---|---|---|---|---|---|---|"]
-        for e in entries:
-            if e["setting"]:
-                continue
+        lines += ["", f"**{workload}**", "", *head("peer", "ns", "ratio", "wrong", f"{error} median", "max", "")]
+        for e in (e for e in entries if not e["setting"]):
+            judged = ([f"{e['wrong']} of {e['pairs']}", f"{e['error_median']:.1e}", f"{e['error_max']:.1e}"]
+                      if workload[0] == "W" else 3 * "–")
             ratio = f"{e['nanoseconds'] / base:.3f}" if base and e["nanoseconds"] else "–"
-            judged = workload[0] == "W"
-            wrong = f"{e['wrong']} of {e['pairs']}" if judged else "–"
-            errors = (f"{e['error_median']:.1e} | {e['error_max']:.1e}" if judged else "– | –")
-            lines.append(f"| {e['peer']} | {time_text(e['nanoseconds'])} | {ratio} | {wrong} | "
-                         f"{errors} | {e['note']} |")
-    return "\n".join(lines) + "\n"
+            lines.append(row(e["peer"], time_text(e["nanoseconds"]), ratio, *judged, e["note"]))
+    return page(*lines)
 
 
 def times_of(result):
@@ -191,14 +180,13 @@ def wall_table(result):
 
 def touching_table(result):
     times = times_of(result)
-    lines = head("wall", "find", "pairs alone")
     texts = {"B/apart-1000": "three leaves askew, joints of 20 times the reach: boxes meet, bricks do not",
              "B/apart-100000": "the same, 1e5 bricks",
              "B/touching-0": "three leaves, 1000 bricks, touching exactly at faces and edges (7147 pairs)"}
-    for workload in [w for w in groups(result) if w.startswith(("B/apart", "B/touching"))]:
-        text = texts.get(workload, f"the same with noise of {workload.split('-', 1)[1]} m and rad")
-        lines.append(row(text, time_text(times[workload, "find"]), time_text(times[workload, "pairs alone"])))
-    return lines
+    return head("wall", "find", "pairs alone") + [
+        row(texts.get(workload, f"the same with noise of {workload.split('-', 1)[1]} m and rad"),
+            time_text(times[workload, "find"]), time_text(times[workload, "pairs alone"]))
+        for workload in groups(result) if workload.startswith(("B/apart", "B/touching"))]
 
 
 # Manifolds: workload -> (what, goal of the batch by ODE's time).
@@ -217,7 +205,7 @@ def manifold_table(result):
         batch = times.get((workload, "quoin batch"))
         if batch:
             lines.append(row(text, time_text(times[workload, "quoin warm"]), time_text(batch), time_text(base),
-                             ratio_text(batch, base), str(goal)))
+                             ratio_text(batch, base), goal))
     return lines
 
 
@@ -260,8 +248,7 @@ def published_table(result):
         published, ours = by_peer.get((workload, "published search")), by_peer.get((workload, "quoin"))
         if published:
             time = published["nanoseconds"]
-            lines.append(row(workload, f"{time / 1e3:.0f}" if time else "–",
-                             f"{published['wrong']} of {published['pairs']}",
+            lines.append(row(workload, f"{time / 1e3:.0f}" if time else "–", f"{published['wrong']} of {published['pairs']}",
                              time_text(ours["nanoseconds"]), f"{time / ours['nanoseconds']:.0f}" if time else "–"))
     return lines
 
@@ -269,12 +256,11 @@ def published_table(result):
 def size_table(result):
     times = times_of(result)
     notes = {e["workload"]: e["note"] for e in result["results"]}
-    lines = head("bricks", "find alone, ns a pair", "by that of 10000", "bytes a brick")
-    for workload in [w for w in groups(result) if w.startswith("B/memory-")]:
-        time, first = times[workload, "find"], times.get(("B/memory-10000", "find"))
-        lines.append(row(workload.split("-")[1], time_text(time), ratio_text(time, first),
-                         notes[workload].split(", ")[1].split()[0]))
-    return lines
+    first = times.get(("B/memory-10000", "find"))
+    return head("bricks", "find alone, ns a pair", "by that of 10000", "bytes a brick") + [
+        row(workload.split("-")[1], time_text(times[workload, "find"]), ratio_text(times[workload, "find"], first),
+            notes[workload].split(", ")[1].split()[0])
+        for workload in groups(result) if workload.startswith("B/memory-")]
 
 
 def count_table(counts):
@@ -324,53 +310,47 @@ def rest_table(result):
     for run in result["rest"]:
         r = run[0]
         clock = sum(r[f"{phase}_s"] for phase in PHASES)
-        lines.append(row(f"{r['bricks']}", f"{r['threads']}", number(r["cpu_s"]), number(clock), f"{r['solve_s'] / clock:.2f}",
-                         f"{r['solves']}", f"{r['peak_mb']:.0f}", f"{r['drift']:.1e}", f"{r['unbalance']:.1e}"))
-    return "\n".join(lines + ["", growth(result)]) + "\n"
+        lines.append(row(r["bricks"], r["threads"], number(r["cpu_s"]), number(clock), f"{r['solve_s'] / clock:.2f}",
+                         r["solves"], f"{r['peak_mb']:.0f}", f"{r['drift']:.1e}", f"{r['unbalance']:.1e}"))
+    words = growth([run[0] for run in settled(result["rest"])][1:], "cpu_s", "bricks", 0, "")
+    return page(*lines, "", f"CPU time grows with the power of the bricks: {words}.")
 
 
-def growth(result):
-    rows = [run[0] for run in settled(result["rest"])][1:]
-    words = [f"{math.log(b['cpu_s'] / a['cpu_s']) / math.log(b['bricks'] / a['bricks']):.2f} from {a['bricks']} to "
-             f"{b['bricks']}" for a, b in zip(rows, rows[1:])]
+def growth(rows, cost, size, first, since):
+    """The powers from row to row, and in all from row `first` on."""
+    def power(a, b):
+        return f"{math.log(b[cost] / a[cost]) / math.log(b[size] / a[size]):.2f}"
+
+    words = [f"{power(a, b)} from {a[size]} to {b[size]}" for a, b in zip(rows, rows[1:])]
     if len(rows) > 2:
-        a, b = rows[0], rows[-1]
-        words.append(f"{math.log(b['cpu_s'] / a['cpu_s']) / math.log(b['bricks'] / a['bricks']):.2f} in all (goal 1.15)")
-    return f"CPU time grows with the power of the bricks: {', '.join(words)}."
+        words.append(f"{power(rows[first], rows[-1])} in all{since} (goal 1.15)")
+    return ", ".join(words)
 
 
 def peers_table(result):
     ends = [run[0] for run in settled(result["rest"])] + [run[-1] for run in result["peers"] if run]
-    lines = [row(f"{r['bricks']}", r["code"], f"{r['step']}", number(r["cpu_s"]), f"{r['drift']:.1e}", f"{r['unbalance']:.1e}")
-             for r in sorted(ends, key=lambda r: r["bricks"])]
-    return "\n".join(head("bricks", "code", "steps", "CPU s", "drift m", "unbalance") + lines) + "\n"
+    return page(*head("bricks", "code", "steps", "CPU s", "drift m", "unbalance"), *(
+        row(r["bricks"], r["code"], r["step"], number(r["cpu_s"]), f"{r['drift']:.1e}", f"{r['unbalance']:.1e}")
+        for r in sorted(ends, key=lambda r: r["bricks"])))
 
 
 def moving_large_table(result):
     """quoin beside Bullet; then how CPU time grows with the shaken walls."""
-    lines = ["| scene | steps | code | CPU s a step | factorizations a step | largest overlap m | energy growth "
-             "| CPU by Bullet's |", "|---|" + "---|" * 7]
-    rows = result["shaken"] + result["moving"]
-    bullet = {row["scene"]: row["cpu_ms_per_step"] for row in rows if row["code"] != "quoin"}
-    for row in rows:
-        ours, steps = row["code"] == "quoin", round(row["time"] / row["time_step"])
-        cells = [number(1e-3 * row["cpu_ms_per_step"]), number(row["factorizations_per_step"]) if ours else "",
-                 f"{row['overlap']:.1e}", f"{row['energy_growth']:.0e}",
-                 ratio(row["cpu_ms_per_step"] / bullet[row["scene"]]) if ours and row["scene"] in bullet else ""]
+    lines = head("scene", "steps", "code", "CPU s a step", "factorizations a step", "largest overlap m", "energy growth",
+                 "CPU by Bullet's")
+    runs = result["shaken"] + result["moving"]
+    bullet = {run["scene"]: run["cpu_ms_per_step"] for run in runs if run["code"] != "quoin"}
+    for run in runs:
+        ours, steps = run["code"] == "quoin", round(run["time"] / run["time_step"])
+        cells = [number(1e-3 * run["cpu_ms_per_step"]), number(run["factorizations_per_step"]) if ours else "",
+                 f"{run['overlap']:.1e}", f"{run['energy_growth']:.0e}",
+                 ratio(run["cpu_ms_per_step"] / bullet[run["scene"]]) if ours and run["scene"] in bullet else ""]
         if steps == 0:  # its limit was over in the first one
             cells = [f"> {cells[0]}", "", "", "", f"> {cells[4]}" if cells[4] else ""]
-        lines.append(f"| {row['scene'] if ours else ''} | {steps}{', gave up' if row['gave_up'] else ''} "
-                     f"| {row['code']} | {' | '.join(cells)} |")
-    walls = [row for row in result["shaken"] if row["code"] == "quoin"]
-    words = [f"{power(a, b):.2f} from {a['blocks']} to {b['blocks']}" for a, b in zip(walls, walls[1:])]
-    if len(walls) > 2:
-        words.append(f"{power(walls[1], walls[-1]):.2f} in all from {walls[1]['blocks']} on (goal 1.15)")
-    lines += ["", f"Shaken walls: quoin's CPU time a step grows with the power of the bricks: {', '.join(words)}."]
-    return "\n".join(lines) + "\n"
-
-
-def power(a, b):
-    return math.log(b["cpu_ms_per_step"] / a["cpu_ms_per_step"]) / math.log(b["blocks"] / a["blocks"])
+        lines.append(row(run["scene"] if ours else "", f"{steps}{', gave up' if run['gave_up'] else ''}", run["code"], *cells))
+    walls = [run for run in result["shaken"] if run["code"] == "quoin"]
+    words = growth(walls, "cpu_ms_per_step", "blocks", 1, f" from {walls[min(1, len(walls) - 1)]['blocks']} on")
+    return page(*lines, "", f"Shaken walls: quoin's CPU time a step grows with the power of the bricks: {words}.")
 
 
 # --- many blocks that move at once
@@ -408,40 +388,34 @@ def cell(row):
 
 
 def moving_peers_table(rows):
-    lines = ["| scene | CPU ms a step; largest overlap m; energy growth; momentum error in 5 ms | CPU by Bullet's |",
-             "|---|---|---|"]
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        of = [row for row in rows if row["scene"] == scene]
-        cost = {row["code"]: row["cpu_ms_per_step"] for row in of}
+    lines = head("scene", "CPU ms a step; largest overlap m; energy growth; momentum error in 5 ms", "CPU by Bullet's")
+    for scene in dict.fromkeys(run["scene"] for run in rows):
+        of = [run for run in rows if run["scene"] == scene]
+        cost = {run["code"]: run["cpu_ms_per_step"] for run in of}
         by_bullet = ratio(cost["quoin"] / cost["Bullet SI 50"]) if {"quoin", "Bullet SI 50"} <= cost.keys() else "-"
-        lines.append(f"| {scene} | {'<br>'.join(cell(row) for row in of)} | {by_bullet} |")
-    return "\n".join(lines) + "\n"
+        lines.append(row(scene, "<br>".join(map(cell, of)), by_bullet))
+    return page(*lines)
 
 
 def problems_table(rows):
     """To the tightest tolerance; then the profiles."""
     tightest = min({row["tolerance"] for row in rows}, key=float)
-    lines = [f"| scene | problems | iteration, tolerance {float(tightest):g} | factorizations: median, largest "
-             "| not ended | CPU ms, median | residual: median, largest | largest gap error m |",
-             "|---|---|---|---|---|---|---|---|"]
-    chosen = [row for row in rows if row["tolerance"] == tightest]
-    for scene, iteration in dict.fromkeys((row["scene"], row["iteration"]) for row in chosen):
-        of = [row for row in chosen if (row["scene"], row["iteration"]) == (scene, iteration)]
-        column = {key: [float(row[key]) for row in of]
-                  for key in ("factorizations", "converged", "cpu_ms", "force_error", "gap_error_m")}
-        lines.append(f"| {scene} | {len(of)} | {iteration} | {statistics.median(column['factorizations']):.0f}, "
-                     f"{max(column['factorizations']):.0f} | {len(of) - sum(column['converged']):.0f} "
-                     f"| {statistics.median(column['cpu_ms']):.2g} | {statistics.median(column['force_error']):.0e}, "
-                     f"{max(column['force_error']):.0e} | {max(column['gap_error_m']):.0e} |")
-    lines += ["", "| residual | share solved, by CPU time within | " + " | ".join(f"{f:g} x" for f in FACTORS)
-              + " | at all |", "|---|---|" + "---|" * (len(FACTORS) + 1)]
+    lines = head("scene", "problems", f"iteration, tolerance {float(tightest):g}", "factorizations: median, largest",
+                 "not ended", "CPU ms, median", "residual: median, largest", "largest gap error m")
+    chosen = [one for one in rows if one["tolerance"] == tightest]
+    for scene, iteration in dict.fromkeys((one["scene"], one["iteration"]) for one in chosen):
+        of = [one for one in chosen if (one["scene"], one["iteration"]) == (scene, iteration)]
+        solves, ended, cpu, residual, gap = ([float(one[key]) for one in of] for key in (
+            "factorizations", "converged", "cpu_ms", "force_error", "gap_error_m"))
+        lines.append(row(scene, len(of), iteration, f"{statistics.median(solves):.0f}, {max(solves):.0f}",
+                         f"{len(of) - sum(ended):.0f}", f"{statistics.median(cpu):.2g}",
+                         f"{statistics.median(residual):.0e}, {max(residual):.0e}", f"{max(gap):.0e}"))
+    lines += ["", *head("residual", "share solved, by CPU time within", *(f"{f:g} x" for f in FACTORS), "at all")]
     for residual in RESIDUALS:
         cost = costs(rows, "cpu_ms", residual)
         columns = [shares(cost, factor) for factor in (*FACTORS, math.inf)]
-        for iteration in cost:
-            lines.append(f"| {residual:g} | {iteration} | "
-                         + " | ".join(f"{column[iteration]:.2f}" for column in columns) + " |")
-    return "\n".join(lines) + "\n"
+        lines += [row(f"{residual:g}", iteration, *(f"{column[iteration]:.2f}" for column in columns)) for iteration in cost]
+    return page(*lines)
 
 
 # --- orders of convergence, stability
@@ -453,13 +427,11 @@ def convergence_table(series):
         unit = "N/m" if one["refined"] == "penalty" else "s"
         order = f"{one['order']:.2f}" if one["order"] is not None else "at its floor"
         stops = f"{one['stops_at']:.3g}" if one["stops_at"] is not None else "not reached"
-        lines.append(
-            f"| {one['case']} | {one['quantity']} | {one['refined'].replace('_', ' ')} "
-            f"| {one['values'][0]:.3g} … {one['values'][-1]:.3g} {unit} "
-            f"| {one['errors'][0]:.1e} … {one['errors'][-1]:.1e} | {order} "
-            f"| {one['expected_order']:g} | {one['floor']:.0e} | {stops} "
-            f"| {'yes' if one['ok'] else 'NO'} |")
-    return "\n".join(lines) + "\n"
+        lines.append(row(
+            one["case"], one["quantity"], one["refined"].replace("_", " "),
+            f"{one['values'][0]:.3g} … {one['values'][-1]:.3g} {unit}", f"{one['errors'][0]:.1e} … {one['errors'][-1]:.1e}",
+            order, f"{one['expected_order']:g}", f"{one['floor']:.0e}", stops, "yes" if one["ok"] else "NO"))
+    return page(*lines)
 
 
 def stability_rows(cells):
@@ -492,15 +464,15 @@ def stability_table(cells):
              *head("varied", "scene", "from … to", "worst error (right)", "allowed", "most solves a step (right)", "flagged at",
                    "failed at")]
     for parameter, rows in table.items():
-        for name, row in rows.items():
-            right = [c for _, c in row if c["verdict"] == "right"]
+        for name, of in rows.items():
+            right = [c for _, c in of if c["verdict"] == "right"]
             worst = f"{max(c['error'] for c in right):.1e}" if right else "-"
             solves = f"{max(c['solves_per_step'] for c in right):.2g}" if right else "-"
-            flagged = ", ".join(f"{x:g}" for x, c in row if c["verdict"] == "flagged")
-            failed = ", ".join(f"{x:g}" for x, c in row if c["verdict"] not in ("right", "flagged"))
-            lines.append(f"| {parameter} | {name} | {row[0][0]:g} … {row[-1][0]:g} | {worst} | "
-                         f"{row[0][1]['allowed']:g} | {solves} | {flagged} | {failed} |")
-    return "\n".join(lines) + "\n"
+            flagged = ", ".join(f"{x:g}" for x, c in of if c["verdict"] == "flagged")
+            failed = ", ".join(f"{x:g}" for x, c in of if c["verdict"] not in ("right", "flagged"))
+            lines.append(row(parameter, name, f"{of[0][0]:g} … {of[-1][0]:g}", worst, f"{of[0][1]['allowed']:g}", solves,
+                             flagged, failed))
+    return page(*lines)
 
 
 def main():
