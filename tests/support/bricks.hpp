@@ -1,12 +1,12 @@
 #pragma once
-/// Bodies for the tests of finder and batch, and what a refusal says.
+/// Bodies for the tests of finder and batch.
 
 #include <memory>
 #include <quoin/geometry/build.hpp>
 #include <quoin/geometry/executor.hpp>
-#include <string>
 #include <vector>
 
+#include "support/message.hpp"
 #include "support/random.hpp"
 
 namespace quoin::tests {
@@ -51,15 +51,5 @@ class Backwards final : public geometry::Executor {
  private:
   int workers_;
 };
-
-/// What the InputError says that `call` throws; empty: it throws none.
-std::string message(const auto& call) {
-  try {
-    call();
-  } catch (const geometry::InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 }  // namespace quoin::tests

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "support/catch.hpp"
+#include "support/message.hpp"
 
 using namespace quoin;
 
@@ -15,15 +16,10 @@ namespace {
 /// The message of the error, empty: none.
 template <class Make>
 std::string refusal_in_mode(int mode, const Make& make) {
-  std::string message;
   std::fesetround(mode);
-  try {
-    make();
-  } catch (const geometry::InputError& error) {
-    message = error.what();
-  }
+  const std::string said = tests::message(make);
   std::fesetround(FE_TONEAREST);
-  return message;
+  return said;
 }
 
 bool rounds_to_nearest_in(int mode) {

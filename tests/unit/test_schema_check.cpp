@@ -7,18 +7,15 @@
 #include "scene_file/schema_check.hpp"
 #include "support/catch.hpp"
 #include "support/json_lines.hpp"
+#include "support/message.hpp"
 
 using nlohmann::json;
 
 namespace {
 
 std::string breach(const json& schema, const json& document) {
-  try {
-    quoin::scene_file::check_schema(schema, document);
-  } catch (const quoin::scene_file::SceneError& error) {
-    return error.what();
-  }
-  return "";
+  return quoin::tests::message<quoin::scene_file::SceneError>(
+      [&] { quoin::scene_file::check_schema(schema, document); });
 }
 
 }  // namespace

@@ -93,16 +93,23 @@ struct Problem {
     return result;
   }
 
+  BlockVector draw_right_side(Random& random) const {
+    BlockVector right(slots.size.size(), Vector12::Zero());
+    for (std::size_t s = 0; s < right.size(); ++s)
+      for (int i = 0; i < slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    return right;
+  }
+
   /// Largest residual of a solution, relative to the largest entry of the right-hand side.
   double error(Random& random, LinearSolver& solver) const {
-    BlockVector right(slots.size.size(), Vector12::Zero()), solution = right;
+    const BlockVector right = draw_right_side(random);
+    BlockVector solution = right;
     Eigen::VectorXd b(slots.unknowns()), x(slots.unknowns());
-    for (std::size_t s = 0; s < right.size(); ++s)
-      for (int i = 0; i < slots.size[s]; ++i)
-        right[s][i] = b[slots.start[s] + i] = random.uniform(-1, 1);
     solver.solve(right, solution);
-    for (std::size_t s = 0; s < right.size(); ++s)
+    for (std::size_t s = 0; s < right.size(); ++s) {
+      b.segment(slots.start[s], slots.size[s]) = right[s].head(slots.size[s]);
       x.segment(slots.start[s], slots.size[s]) = solution[s].head(slots.size[s]);
+    }
     return (dense() * x - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
   }
 };
@@ -152,9 +159,7 @@ TEST_CASE("Pairs that are zero take no part in an elimination") {
       if (!full.system.symmetric) bare.system.mirrored[kept] = full.system.mirrored[p];
       ++kept;
     }
-    BlockVector right(full.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s)
-      for (int i = 0; i < full.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    const BlockVector right = full.draw_right_side(random);
     BlockVector alone = right, beside = right;
     LinearSolver solver(full.slots);
     REQUIRE(solver.factorize(bare.system));
@@ -175,9 +180,7 @@ TEST_CASE("Any number of threads eliminates to the same bits") {
   constexpr int kSide = 34;  // fronts that threads share
   for (const MatrixShape shape : {MatrixShape::Symmetric, MatrixShape::General}) {
     const Problem problem(random, kSide * kSide, grid_pairs(kSide), shape);
-    BlockVector right(problem.slots.size.size(), Vector12::Zero());
-    for (std::size_t s = 0; s < right.size(); ++s)
-      for (int i = 0; i < problem.slots.size[s]; ++i) right[s][i] = random.uniform(-1, 1);
+    const BlockVector right = problem.draw_right_side(random);
     const auto solved = [&](int threads) {
       quoin::geometry::WorkerPool pool(threads);
       LinearSolver solver(problem.slots);

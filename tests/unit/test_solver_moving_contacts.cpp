@@ -13,6 +13,7 @@
 #include "scene_file/contact_problem_file.hpp"
 #include "solver/src/iteration/cone.hpp"
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include "support/random.hpp"
 #include "support/same_state.hpp"
 
@@ -401,65 +402,55 @@ TEST_CASE("a contact problem is read back to the bit") {
 TEST_CASE("a contact problem that is cut short or wrong says where") {
   std::ostringstream text;
   scene_file::write(text, tower(2, {0, 0, -1}, 0.5));
-  const auto message = [](const std::string& given) {
+  const auto refusal = [](const std::string& given) {
     std::istringstream in(given);
-    try {
-      scene_file::read_contact_problem(in);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message([&] { scene_file::read_contact_problem(in); });
   };
-  REQUIRE(message(text.str()).empty());
-  REQUIRE(message("fclib") == "contact problem: the first line must be 'quoin contact problem 1'");
-  REQUIRE(message(text.str().substr(0, text.str().size() - 20)).find("contact 7: ") !=
+  REQUIRE(refusal(text.str()).empty());
+  REQUIRE(refusal("fclib") == "contact problem: the first line must be 'quoin contact problem 1'");
+  REQUIRE(refusal(text.str().substr(0, text.str().size() - 20)).find("contact 7: ") !=
           std::string::npos);
   std::string wrong = text.str();
   wrong.replace(wrong.find("\nf "), 3, "\nf x");
-  REQUIRE(message(wrong).find("block 0: 'x0' is no finite number") != std::string::npos);
+  REQUIRE(refusal(wrong).find("block 0: 'x0' is no finite number") != std::string::npos);
 }
 
 TEST_CASE("a contact problem that cannot be is refused, not solved") {
-  const auto message = [](auto&& spoil, double tolerance = 1e-10) {
+  const auto refusal = [](auto&& spoil, double tolerance = 1e-10) {
     ContactProblem problem = tower(2, {0, 0, -1}, 0.5);
     spoil(problem);
-    try {
-      solve(problem, ContactIteration::Automatic, tolerance);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message([&] { solve(problem, ContactIteration::Automatic, tolerance); });
   };
   const double no_number = std::nan("");
   const auto nothing = [](ContactProblem&) {};
-  CHECK(message(nothing).empty());
-  CHECK(message(nothing, no_number) == "contact problem: tolerance nan must lie in (0, 0.01)");
+  CHECK(refusal(nothing).empty());
+  CHECK(refusal(nothing, no_number) == "contact problem: tolerance nan must lie in (0, 0.01)");
   for (const auto& [row, column] : {std::pair(0, 2), std::pair(2, 0)}) {
-    CHECK(message([r = row, c = column](ContactProblem& p) { p.blocks[1].matrix(r, c) = 0.1; }) ==
+    CHECK(refusal([r = row, c = column](ContactProblem& p) { p.blocks[1].matrix(r, c) = 0.1; }) ==
           "contact problem: block 1: its matrix must be symmetric");
   }
-  CHECK(message([](ContactProblem& p) { p.blocks[1].matrix(0, 2) = 1e-14; }).empty());
+  CHECK(refusal([](ContactProblem& p) { p.blocks[1].matrix(0, 2) = 1e-14; }).empty());
   CHECK_THROWS_AS(contact_error(tower(1, {0, 0, -1}, 0.5),
                                 {{no_number, 0, 0}, {1, 0, 0}, {1, 0, 0}, {1, 0, 0}}),
                   InputError);
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].friction = no_number; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].friction = no_number; }) ==
         "contact problem: contact 1: friction nan must be finite and not negative");
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].b = 7; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].b = 7; }) ==
         "contact problem: contact 1: block 7 does not exist (the problem has 2)");
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].a = -2; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].a = -2; }) ==
         "contact problem: contact 1: block -2 does not exist (the problem has 2)");
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].a = p.contacts[1].b = -1; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].a = p.contacts[1].b = -1; }) ==
         "contact problem: contact 1: it must have a block");
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].offset[2] = no_number; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].offset[2] = no_number; }) ==
         "contact problem: contact 1: its offset or force is not finite");
-  CHECK(message([&](ContactProblem& p) { p.contacts[1].rows_b.resize(3, 12); }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.contacts[1].rows_b.resize(3, 12); }) ==
         "contact problem: contact 1: its rows of block 0 must be 3, with a column for each of its "
         "unknowns");
-  CHECK(message([&](ContactProblem& p) { p.blocks[1].matrix(0, 0) = -1.0; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.blocks[1].matrix(0, 0) = -1.0; }) ==
         "contact problem: block 1: its matrix must be positive definite");
-  CHECK(message([&](ContactProblem& p) { p.blocks[1].force.resize(5); }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.blocks[1].force.resize(5); }) ==
         "contact problem: block 1: its force has 5 numbers, 6 or 12 are expected");
-  CHECK(message([&](ContactProblem& p) { p.blocks[1].length = 0.0; }) ==
+  CHECK(refusal([&](ContactProblem& p) { p.blocks[1].length = 0.0; }) ==
         "contact problem: block 1: length 0 must be finite and greater than 0");
   const ContactProblem good = tower(2, {0, 0, -1}, 0.5);
   CHECK_THROWS_WITH(contact_error(good, {}), "contact problem: 0 forces are given for 8 contacts");

@@ -14,6 +14,7 @@
 
 #include "step/step_flags.hpp"
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include "support/same_state.hpp"
 
 using namespace quoin::solver;
@@ -37,12 +38,7 @@ Scene cube_on_ground() {
 }
 
 std::string refusal(const Scene& scene, const StepOptions& options = {}) {
-  try {
-    Simulation simulation(scene, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message([&] { Simulation(scene, options); });
 }
 
 bool all_finite(const State& state) {

@@ -1326,17 +1326,11 @@ class Reader {
   }
 
   static Quantity quantity(const std::string& name) {
-    return name == "displacement"         ? Quantity::Displacement
-           : name == "velocity"           ? Quantity::Velocity
-           : name == "rotation"           ? Quantity::Rotation
-           : name == "angular_velocity"   ? Quantity::AngularVelocity
-           : name == "moment"             ? Quantity::Moment
-           : name == "momentum"           ? Quantity::Momentum
-           : name == "angular_momentum"   ? Quantity::AngularMomentum
-           : name == "centre_of_pressure" ? Quantity::CentreOfPressure
-           : name == "stress"             ? Quantity::Stress
-           : name == "strain"             ? Quantity::Strain
-                                          : Quantity::Force;
+    static constexpr std::array kNames = {
+        // in the order of Quantity
+        "displacement",       "velocity", "rotation",         "angular_velocity", "force", "moment",
+        "centre_of_pressure", "momentum", "angular_momentum", "stress",           "strain"};
+    return static_cast<Quantity>(std::ranges::find(kNames, name) - kNames.begin());
   }
 
   static bool shows(Monitor::Kind kind, Quantity quantity) {
