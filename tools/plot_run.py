@@ -36,38 +36,27 @@ def clock(table):
     return (table["time"], "time (s)") if moving else (table["step"], "step")
 
 
-def forces_of(table):
-    """Name and size (N) of each force: normal forces of contacts, forces of fixed points."""
-    found = []
-    for name in [column[:-3] for column in table if column.endswith(".fx")][:MOST_MONITORS]:
-        if f"{name}.normal_force" in table:
-            found.append((f"{name}, normal", table[f"{name}.normal_force"]))
-        else:
-            found.append((name, np.linalg.norm([table[f"{name}.f{c}"] for c in "xyz"], axis=0)))
-    return found
+def sizes(table, letter):
+    """Of each monitored vector whose columns have that letter: what it is called, and its size; of a contact's force
+    the normal part."""
+    normal = {name: table.get(f"{name}.normal_force") if letter == "f" else None
+              for name in [column[:-3] for column in table if column.endswith(f".{letter}x")][:MOST_MONITORS]}
+    return [(name, np.linalg.norm([table[f"{name}.{letter}{c}"] for c in "xyz"], axis=0)) if part is None
+            else (f"{name}, normal", part) for name, part in normal.items()]
 
 
 def history_figure(table, path):
     x, label = clock(table)
-    points = [name[:-3] for name in table if name.endswith(".ux")][:MOST_MONITORS]
-    forces = forces_of(table)
-    rows = (1 if points else 0) + (1 if forces else 0) + 2
-    figure, axes = plt.subplots(rows, 1, figsize=(7.2, 2.1 * rows + 0.5), sharex=True,
-                                layout="constrained", squeeze=False)
-    axes = list(axes[:, 0])
-    if points:
-        axis = axes.pop(0)
-        for i, name in enumerate(points):
-            moved = np.linalg.norm([table[f"{name}.u{c}"] for c in "xyz"], axis=0)
-            axis.plot(x, 1000 * moved, color=COLOURS[i], label=name)
-        axis.set(ylabel="displacement (mm)")
+    panels = [("displacement (mm)", 1000, sizes(table, "u")), ("force (kN)", 1 / 1000, sizes(table, "f"))]
+    panels = [panel for panel in panels if panel[2]]
+    rows = len(panels) + 2
+    figure, axes = plt.subplots(rows, 1, figsize=(7.2, 2.1 * rows + 0.5), sharex=True, layout="constrained")
+    for axis, (what, unit, lines) in zip(axes, panels):
+        for colour, (name, size) in zip(COLOURS, lines):
+            axis.plot(x, unit * size, color=colour, label=name)
+        axis.set(ylabel=what)
         axis.legend(fontsize=9)
-    if forces:
-        axis = axes.pop(0)
-        for i, (name, newtons) in enumerate(forces):
-            axis.plot(x, newtons / 1000, color=COLOURS[i], label=name)
-        axis.set(ylabel="force (kN)")
-        axis.legend(fontsize=9)
+    axes = axes[-2:]
     energies = ("kinetic", "strain", "friction_loss", "impact_loss")
     most = max(np.ptp(table[name]) for name in energies)
     for i, name in enumerate(energies):
@@ -179,17 +168,18 @@ def thrust_figure(blocks, contacts, joints, chain, plane, path):
 
 
 def section_of(joint, up):
-    """Depth h (m) of a joint's section along `up` as projected on it, width b = area / h, and the distance e (m) of
-    its centre of pressure from the middle of h, positive along `up`; None of a joint without area."""
+    """Depth h (m) of a joint's section along `up` as projected on it, the distance e (m) of its centre of pressure
+    from the middle of h, positive along `up`, and that axis; None of a joint without area."""
     axis = up - (up @ joint["direction"]) * joint["direction"]
     size = np.linalg.norm(axis)
     if size < 1e-6 or not joint["area"] > 0:
         return None
-    heights = joint["points"] @ (axis / size)
+    axis /= size
+    heights = joint["points"] @ axis
     depth = np.ptp(heights)
     if not depth > 0:
         return None
-    return depth, joint["area"] / depth, joint["centre"] @ (axis / size) - (heights.max() + heights.min()) / 2
+    return depth, joint["centre"] @ axis - (heights.max() + heights.min()) / 2, axis
 
 
 def thrust_up(joints, chain, axes_of):
@@ -209,13 +199,11 @@ def thrust_band(joints, chain, axes_of):
         section = section_of(joint, up)
         if section is None:
             return np.empty((0, 2, 3))
-        depth, _, off = section
-        axis3 = up - (up @ joint["direction"]) * joint["direction"]
-        axis3 /= np.linalg.norm(axis3)
+        depth, off, axis = section
         bearing = min(depth, 3 * (depth / 2 - abs(off)))
         near = np.sign(off) * depth / 2 if bearing < depth else depth / 2
         far = near - np.sign(near) * bearing
-        ends.append([joint["centre"] + (height - off) * axis3 for height in sorted((near, far))])
+        ends.append([joint["centre"] + (height - off) * axis for height in sorted((near, far))])
     return np.array(ends)
 
 
@@ -226,7 +214,7 @@ def diagram_figure(joints, chain, axes_of, path):
         return
     number = np.arange(1, len(chain) + 1)
     normal = np.array([joints[n]["normal"] for n in chain]) / 1000
-    off, depth = np.array([s[2] for s in sections]), np.array([s[0] for s in sections])
+    depth, off = (np.array([section[i] for section in sections]) for i in (0, 1))
     figure, axes = plt.subplots(1, 2, figsize=(7.2, 3.2), layout="constrained")
     axes[0].fill_between(number, -0.5, 0.5, color="#e9e9e9", label="section")
     axes[0].fill_between(number, -1 / 6, 1 / 6, color="#cfe3ee", label="middle third")
