@@ -28,6 +28,7 @@ import tarfile
 
 from moving_scenes import (boulder, deformable, dominoes, falling_arch, hull_pile, pile, pulled_base, shaken_wall,
                            slope, swarms)
+from tables import head, row
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROBLEMS = ROOT / "bench" / "problems.tar.xz"
@@ -118,14 +119,14 @@ def how_it_ended(summary):
 def iteration_row(document, iteration, folder, seconds):
     summary = summary_of(folder)
     steps, energy = summary["steps"], summary["energy"]
-    return (f"| {document['title']} | {iteration} | {how_it_ended(summary)} | {summary['factorizations'] / steps:.1f} | {most_solves(folder)} "
-            f"| {summary['proximal_newton_attempts']} of {steps} | {summary['largest_overlap']:.1e} "
-            f"| {energy['growth'] / energy['scale']:.1e} | {1e3 * seconds / steps:.1f} |")
+    return row(document["title"], iteration, how_it_ended(summary), f"{summary['factorizations'] / steps:.1f}",
+               most_solves(folder), f"{summary['proximal_newton_attempts']} of {steps}", f"{summary['largest_overlap']:.1e}",
+               f"{energy['growth'] / energy['scale']:.1e}", f"{1e3 * seconds / steps:.1f}")
 
 
 def iterations(given):
-    print("| scene | iteration | ended | factorizations a step | most solves in a step | attempts by proximal Newton "
-          "| largest overlap m | energy growth | CPU ms a step |\n|---|---|---|---|---|---|---|---|---|")
+    print(*head("scene", "iteration", "ended", "factorizations a step", "most solves in a step",
+                "attempts by proximal Newton", "largest overlap m", "energy growth", "CPU ms a step"), sep="\n")
     for number, document in enumerate(MEASURED):
         for iteration in ITERATIONS:
             folder = given.work / f"{number}_{iteration}"
@@ -135,8 +136,7 @@ def iterations(given):
 
 def tolerances(given):
     """Solves a step, most in one step; largest overlap, m; energy growth by its scale; CPU ms a step."""
-    print("| scene | " + " | ".join(f"`tolerance` {tolerance:.0e}" for tolerance in TOLERANCES) + " |\n|---|"
-          + "---|" * len(TOLERANCES))
+    print(*head("scene", *(f"`tolerance` {tolerance:.0e}" for tolerance in TOLERANCES)), sep="\n")
     for document in HELD:
         cells = []
         for tolerance in TOLERANCES:
@@ -149,7 +149,7 @@ def tolerances(given):
                          f"{1e3 * seconds / steps:.1f}"
                          + ("" if summary["status"] == "completed" else f" ({how_it_ended(summary)})"))
             shutil.rmtree(folder)
-        print(f"| {document['title']} | " + " | ".join(cells) + " |", flush=True)
+        print(row(document["title"], *cells), flush=True)
 
 
 # --- Bullet and ODE beside it
@@ -235,20 +235,20 @@ def endured(given, document, step, young, folder):
 def endure(given):
     """A line for each scene and time step, printed as soon as it is there."""
     scenes, steps = (ENDURED_LARGE + ENDURED_RIGID, STEPS[:2]) if given.large else (ENDURED, STEPS)
-    print("| scene | dt ms | " + " | ".join(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS)
-          + " | CPU s |\n|---|---|" + "---|" * (len(YOUNGS) + 1), flush=True)
+    print(*head("scene", "dt ms", *(f"E {young:.0e} Pa" if young else "rigid" for young in YOUNGS), "CPU s"), sep="\n",
+          flush=True)
     for step in steps:
         for document in scenes:
             youngs = YOUNGS[:1] if document in ENDURED_RIGID else YOUNGS
             cells = [endured(given, document, step, young, given.work / "long") for young in youngs]
             words = [cell for cell, _ in cells] + [""] * (len(YOUNGS) - len(youngs))
-            print(f"| {document['title']} | {1e3 * step:g} | " + " | ".join(words)
-                  + f" | {sum(seconds for _, seconds in cells):.0f} |", flush=True)
+            seconds = sum(seconds for _, seconds in cells)
+            print(row(document["title"], f"{1e3 * step:g}", *words, f"{seconds:.0f}"), flush=True)
 
 
 def creep(given):
     """Largest displacement of a brick against the base, m."""
-    print("| direction | iteration | displacement m | solves a step | CPU s |\n|---|---|---|---|---|", flush=True)
+    print(*head("direction", "iteration", "displacement m", "solves a step", "CPU s"), sep="\n", flush=True)
     for direction in "xy":
         document = shaken_wall(3, 4, direction, MINUTE, amplitude=0.2)
         for iteration in ("automatic", "proximal_newton"):
@@ -259,8 +259,8 @@ def creep(given):
                 base, *bricks = [[float(line[name]) for name in ("ux", "uy", "uz")] for line in csv.DictReader(blocks)]
             summary = summary_of(folder)
             moved = max(math.dist(base, brick) for brick in bricks)
-            print(f"| {direction} | {iteration} | {moved:.1e} | {summary['linear_solves'] / summary['steps']:.1f} "
-                  f"| {seconds:.0f} |", flush=True)
+            solves = summary["linear_solves"] / summary["steps"]
+            print(row(direction, iteration, f"{moved:.1e}", f"{solves:.1f}", f"{seconds:.0f}"), flush=True)
 
 
 # --- light blocks under heavy ones
@@ -268,7 +268,7 @@ def creep(given):
 
 def uneven(given):
     """At worst of DRAWS: growth in a run or flagged in a sub-step, overlap, m; solves a step, their mean."""
-    print("| mass ratio | " + " | ".join(ITERATIONS) + " |\n|---|" + "---|" * len(ITERATIONS), flush=True)
+    print(*head("mass ratio", *ITERATIONS), sep="\n", flush=True)
     for ratio in RATIOS:
         cells = []
         for iteration in ITERATIONS:
@@ -283,7 +283,7 @@ def uneven(given):
             cells.append(f"{max(growth):.0e}; {max(row['largest_overlap'] for row in rows):.0e}; "
                          f"{sum(row['linear_solves'] / row['steps'] for row in rows) / len(rows):.0f}"
                          + (f" ({lost} lost)" if lost else ""))
-        print(f"| {ratio:.0e} | " + " | ".join(cells) + " |", flush=True)
+        print(row(f"{ratio:.0e}", *cells), flush=True)
 
 
 # --- pictures
@@ -313,9 +313,7 @@ def main():
     parser.add_argument("--large", action="store_true", help="endure: the large scenes")
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("moving"))
     given = parser.parse_args()
-    needed = {"iterations": ["quoin"], "tolerances": ["quoin"], "peers": ["bench", "out"], "problems": ["bench", "out"], "endure": ["quoin"],
-              "creep": ["quoin"], "uneven": ["quoin"], "pictures": ["quoin"], "dump": ["quoin"]}[given.what]
-    for name in needed:
+    for name in ("bench", "out") if given.what in ("peers", "problems") else ("quoin",):
         if getattr(given, name) is None:
             parser.error(f"{given.what} needs --{name}")
     parts[given.what](given)

@@ -21,6 +21,8 @@
 namespace quoin::commands {
 namespace {
 
+using json = nlohmann::ordered_json;
+
 /// A run of a case file, with its one row.
 struct Cell {
   const scene_file::CaseFile* file;
@@ -46,40 +48,36 @@ std::string verdict_of(const Cell& cell, const scene_file::CaseOutcome& outcome)
   return right ? "right" : "wrong";
 }
 
-nlohmann::ordered_json parameters_of(const Cell& cell) {
-  nlohmann::ordered_json parameters;
+json parameters_of(const Cell& cell) {
+  json parameters;
   for (const auto& [name, value] : cell.run.parameters) parameters[name] = value;
   return parameters;
 }
 
-nlohmann::ordered_json judged(const Cell& cell) {
+json judged(const Cell& cell) {
   const scene_file::CaseOutcome outcome = cell.file->run(cell.run);
   const scene_file::CaseRow& row = outcome.rows.at(0);
-  nlohmann::ordered_json object;
-  object["cell"] = cell.name();
-  object["parameters"] = parameters_of(cell);
-  object["verdict"] = verdict_of(cell, outcome);
-  object["flags"] = outcome.flags;
-  object["expected_flags"] = cell.run.flags;
-  object["error"] =
-      std::isfinite(row.error) ? nlohmann::ordered_json(row.error) : nlohmann::ordered_json();
-  object["allowed"] = row.allowed;
-  object["solves_per_step"] =
-      static_cast<double>(outcome.solves) / static_cast<double>(std::max(outcome.steps, 1L));
-  object["unconverged_steps"] = outcome.unconverged;
-  object["seconds"] = outcome.seconds;
-  return object;
+  const auto steps = static_cast<double>(std::max(outcome.steps, 1L));
+  return {{"cell", cell.name()},
+          {"parameters", parameters_of(cell)},
+          {"verdict", verdict_of(cell, outcome)},
+          {"flags", outcome.flags},
+          {"expected_flags", cell.run.flags},
+          {"error", std::isfinite(row.error) ? json(row.error) : json()},
+          {"allowed", row.allowed},
+          {"solves_per_step", static_cast<double>(outcome.solves) / steps},
+          {"unconverged_steps", outcome.unconverged},
+          {"seconds", outcome.seconds}};
 }
 
-void print(const nlohmann::ordered_json& row) {
-  const nlohmann::ordered_json& parameters = row["parameters"];
+void print(const json& row) {
+  const json& parameters = row["parameters"];
   std::string flags;
   for (const std::string flag : row["flags"]) flags += " [" + flag + "]";
   if (row["flags"] != row["expected_flags"]) flags += " expected " + row["expected_flags"].dump();
   const double none = std::numeric_limits<double>::quiet_NaN();
   std::printf("%-11s %-46s %9.3g  error %9.2e allowed %.0e  solves %6.2f  unconverged %ld%s\n",
-              row["verdict"].get<std::string>().c_str(), row["cell"].get<std::string>().c_str(),
-              parameters.front().get<double>(),
+              words(row["verdict"]), words(row["cell"]), parameters.front().get<double>(),
               row["error"].is_null() ? none : row["error"].get<double>(),
               row["allowed"].get<double>(), row["solves_per_step"].get<double>(),
               row["unconverged_steps"].get<long>(), flags.c_str());
@@ -87,9 +85,9 @@ void print(const nlohmann::ordered_json& row) {
 }
 
 /// Rows of an earlier run that was broken off, by cell and parameters.
-using Rows = std::map<std::string, nlohmann::ordered_json>;
+using Rows = std::map<std::string, json>;
 
-std::string key(const std::string& cell, const nlohmann::ordered_json& parameters) {
+std::string key(const std::string& cell, const json& parameters) {
   return cell + parameters.dump();
 }
 
@@ -100,9 +98,8 @@ Rows read_rows(const std::string& path) {
   if (!in || std::filesystem::is_directory(path))
     throw scene_file::FileError(path + ": can't be read");
   try {
-    for (const auto& row : nlohmann::ordered_json::parse(in))
-      rows[key(row.at("cell"), row.at("parameters"))] = row;
-  } catch (const nlohmann::json::exception&) {
+    for (const auto& row : json::parse(in)) rows[key(row.at("cell"), row.at("parameters"))] = row;
+  } catch (const json::exception&) {
     throw std::runtime_error(path + ": holds no cells that quoin stability wrote");
   }
   return rows;
@@ -110,7 +107,7 @@ Rows read_rows(const std::string& path) {
 
 /// `list` and what is left of earlier rows. The file is whole at any time: written beside its name,
 /// then moved.
-void write_rows(const std::string& path, nlohmann::ordered_json list, const Rows& left) {
+void write_rows(const std::string& path, json list, const Rows& left) {
   const std::string part = path + ".part";
   for (const auto& [name, row] : left) list.push_back(row);
   {
@@ -142,7 +139,7 @@ std::vector<Cell> chosen_cells(const Arguments& arguments,
 
 /// What is said at the end; true when every cell is right, or flagged as expected and not too many
 /// are.
-bool sum_up(const nlohmann::ordered_json& list, bool whole) {
+bool sum_up(const json& list, bool whole) {
   std::map<std::string, int> count;
   int right_flagged = 0;
   for (const auto& row : list) {
@@ -168,7 +165,7 @@ int run(const Arguments& arguments) {
   const std::vector<Cell> cells = chosen_cells(arguments, files);
   Rows left = arguments.out.empty() ? Rows() : read_rows(arguments.out);
   const bool progress = isatty(STDERR_FILENO) != 0;
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  json list = json::array();
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
     const auto known = left.extract(key(cell.name(), parameters_of(cell)));

@@ -15,7 +15,7 @@
 
 namespace {
 
-using quoin::referee::copy;
+using quoin::referee::copy, quoin::referee::free_solid;
 using quoin::referee::Vector3;
 
 btTransform to_bullet(const quoin_referee_placement& placement, const Vector3& middle) {
@@ -34,11 +34,6 @@ struct Placed {
 };
 using PlacedHull = Placed<btConvexHullShape>;
 using PlacedBox = Placed<btBoxShape>;
-
-template <class Shape>
-void free_solid(void* solid) {
-  delete static_cast<Placed<Shape>*>(solid);
-}
 
 template <class Shape>
 void set_placement(void* solid, const quoin_referee_placement* placement) {
@@ -168,19 +163,18 @@ constexpr double kError =
 constexpr quoin_referee_library kLibraries[] = {
     {QUOIN_REFEREE_INTERFACE, "Bullet GJK", "double",
      kGaps | QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_MEMORY, kError, make_hull,
-     free_solid<btConvexHullShape>, make_memory, free_memory, set_placement<btConvexHullShape>,
-     ask_detector, nullptr},
+     free_solid<Placed<btConvexHullShape>>, make_memory, free_memory,
+     set_placement<btConvexHullShape>, ask_detector, nullptr},
     {QUOIN_REFEREE_INTERFACE, "Bullet GjkEpa2", "double", kGaps, kError, make_hull,
-     free_solid<btConvexHullShape>, nullptr, nullptr, set_placement<btConvexHullShape>, ask_epa2,
-     nullptr},
+     free_solid<Placed<btConvexHullShape>>, nullptr, nullptr, set_placement<btConvexHullShape>,
+     ask_epa2, nullptr},
     {QUOIN_REFEREE_INTERFACE, "Bullet box-box", "double",
      QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_BOXES_ONLY,
-     0.0, make_box, free_solid<btBoxShape>, nullptr, nullptr, set_placement<btBoxShape>, ask_boxes,
-     list_points}};
+     0.0, make_box, free_solid<Placed<btBoxShape>>, nullptr, nullptr, set_placement<btBoxShape>,
+     ask_boxes, list_points}};
 
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
-                                                                       : nullptr;
+  return quoin::referee::library_at(index, kLibraries);
 }

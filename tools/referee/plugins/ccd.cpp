@@ -24,7 +24,6 @@ void* make_solid(const quoin_referee_solid* solid) {
     made->middle += point / static_cast<double>(made->points.size());
   return made;
 }
-void free_solid(void* solid) { delete static_cast<PlacedPoints*>(solid); }
 void set_placement(void* solid, const quoin_referee_placement* placement) {
   static_cast<PlacedPoints*>(solid)->place = quoin::referee::to_eigen(*placement);
 }
@@ -93,7 +92,7 @@ constexpr quoin_referee_library library(const char* name, int offers, double err
           offers | QUOIN_REFEREE_DEFORMED,
           error,
           make_solid,
-          free_solid,
+          quoin::referee::free_solid<PlacedPoints>,
           nullptr,
           nullptr,
           set_placement,
@@ -114,6 +113,5 @@ constexpr quoin_referee_library kLibraries[] = {
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
-                                                                       : nullptr;
+  return quoin::referee::library_at(index, kLibraries);
 }

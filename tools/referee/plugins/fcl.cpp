@@ -11,7 +11,7 @@
 
 namespace {
 
-using quoin::referee::copy;
+using quoin::referee::copy, quoin::referee::free_solid;
 using quoin::referee::Vector3;
 
 using Libccd = fcl::detail::GJKSolver_libccd<double>;
@@ -40,11 +40,6 @@ void* make_convex(const quoin_referee_solid* solid) {
     next += solid->face_sizes[f];
   }
   return new Placed<fcl::Convexd>{fcl::Convexd(points, solid->face_count, faces, false)};
-}
-
-template <class Shape>
-void free_solid(void* solid) {
-  delete static_cast<Placed<Shape>*>(solid);
 }
 
 template <class Shape>
@@ -111,7 +106,7 @@ constexpr quoin_referee_library library(const char* name) {
               QUOIN_REFEREE_WITNESSES | (box ? QUOIN_REFEREE_BOXES_ONLY : 0),
           1e-6,  // its default distance and collision tolerances, of lengths near 1 m
           box ? make_box : make_convex,
-          free_solid<Shape>,
+          free_solid<Placed<Shape>>,
           nullptr,
           nullptr,
           set_placement<Shape>,
@@ -130,6 +125,5 @@ constexpr quoin_referee_library kLibraries[] = {
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
-                                                                       : nullptr;
+  return quoin::referee::library_at(index, kLibraries);
 }

@@ -7,7 +7,7 @@
 
 namespace {
 
-using quoin::referee::copy;
+using quoin::referee::copy, quoin::referee::free_solid;
 using quoin::referee::Vector3;
 
 struct PlacedBox {
@@ -23,7 +23,6 @@ void* make_box(const quoin_referee_solid* solid) {
   for (int k = 0; k < 3; ++k) made->sides[k] = 2 * solid->box_half[k];
   return made;
 }
-void free_box(void* solid) { delete static_cast<PlacedBox*>(solid); }
 
 void place_box(void* solid, const quoin_referee_placement* placement) {
   PlacedBox& box = *static_cast<PlacedBox*>(solid);
@@ -151,14 +150,13 @@ constexpr int kOffers = QUOIN_REFEREE_DEPTH | QUOIN_REFEREE_NORMAL;
 
 constexpr quoin_referee_library kLibraries[] = {
     {QUOIN_REFEREE_INTERFACE, "ODE dBoxBox", "double",
-     kOffers | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_BOXES_ONLY, 0.0, make_box, free_box, nullptr,
-     nullptr, place_box, ask<box_contacts>, list_box_points},
+     kOffers | QUOIN_REFEREE_POINTS | QUOIN_REFEREE_BOXES_ONLY, 0.0, make_box,
+     free_solid<PlacedBox>, nullptr, nullptr, place_box, ask<box_contacts>, list_box_points},
     {QUOIN_REFEREE_INTERFACE, "ODE convex", "double", kOffers, 0.0, make_convex, free_convex,
      nullptr, nullptr, place_convex, ask<convex_contacts>, nullptr}};
 
 }  // namespace
 
 extern "C" const quoin_referee_library* quoin_referee_plugin(int index) {
-  return index >= 0 && index < static_cast<int>(std::size(kLibraries)) ? kLibraries + index
-                                                                       : nullptr;
+  return quoin::referee::library_at(index, kLibraries);
 }

@@ -28,6 +28,16 @@ inline std::vector<Vector3> points_of(const quoin_referee_solid& solid) {
   return points;
 }
 
+template <class Made>
+void free_solid(void* solid) {
+  delete static_cast<Made*>(solid);
+}
+
+/// What quoin_referee_plugin returns.
+const quoin_referee_library* library_at(int index, const auto& libraries) {
+  return index >= 0 && index < static_cast<int>(std::size(libraries)) ? libraries + index : nullptr;
+}
+
 inline void copy(const Vector3& from, double* to) { std::copy_n(from.data(), 3, to); }
 
 }  // namespace quoin::referee
