@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
 
@@ -24,8 +25,8 @@ const Joint& joint_between(const Scene& scene, int a, int b) {
     const auto own = std::ranges::lower_bound(scene.block_joints, pair, {}, blocks);
     if (own != scene.block_joints.end() && blocks(*own) == pair) return own->joint;
   }
-  const int group_a = scene.blocks[static_cast<std::size_t>(a)].material.joint_group;
-  const int group_b = scene.blocks[static_cast<std::size_t>(b)].material.joint_group;
+  const int group_a = scene.blocks[index(a)].material.joint_group;
+  const int group_b = scene.blocks[index(b)].material.joint_group;
   for (const PairJoint& pair : scene.pair_joints)
     if ((pair.group_a == group_a && pair.group_b == group_b) ||
         (pair.group_a == group_b && pair.group_b == group_a))
@@ -109,10 +110,10 @@ BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, L
   point = found;
   contact.a = point.key.a;
   contact.b = point.key.b;
-  contact.part_a = part_of(blocks.models[static_cast<std::size_t>(contact.a)], point.key.feature_a);
-  contact.part_b = part_of(blocks.models[static_cast<std::size_t>(contact.b)], point.key.feature_b);
+  contact.part_a = part_of(blocks.models[index(contact.a)], point.key.feature_a);
+  contact.part_b = part_of(blocks.models[index(contact.b)], point.key.feature_b);
   const auto posed = [&](int block) {
-    const auto b = static_cast<std::size_t>(block);
+    const std::size_t b = index(block);
     return Posed{blocks.models[b], blocks.poses[b]};
   };
   const Posed a = posed(contact.a), b = posed(contact.b);
@@ -156,8 +157,8 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
     state.anchor_b = before.anchor_b;
     return;
   }
-  const Pose& a = poses[static_cast<std::size_t>(contact.a)];
-  const Pose& b = poses[static_cast<std::size_t>(contact.b)];
+  const Pose& a = poses[index(contact.a)];
+  const Pose& b = poses[index(contact.b)];
   const Vector3 stretch = between(a, b) + (b.shape * before.anchor_b - a.shape * before.anchor_a);
   state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
@@ -168,9 +169,9 @@ bool has_history(const CarryOptions& options, std::span<const Contact> before,
                  const BodyContact& contact) {
   const int previous = contact.state.point.previous;
   if (previous < 0) return false;
-  const ContactPoint& point = before[static_cast<std::size_t>(previous)].point;
+  const ContactPoint& point = before[index(previous)].point;
   const auto part = [&](int block, const geometry::Feature& feature) {
-    return part_of(options.models[static_cast<std::size_t>(block)], feature);
+    return part_of(options.models[index(block)], feature);
   };
   return (part(contact.a, point.key.feature_a) == contact.part_a &&
           part(contact.b, point.key.feature_b) == contact.part_b) ||
@@ -178,8 +179,7 @@ bool has_history(const CarryOptions& options, std::span<const Contact> before,
 }
 
 double smaller_size(const CarryOptions& options, const BodyContact& contact) {
-  return std::min(options.models[static_cast<std::size_t>(contact.a)].size,
-                  options.models[static_cast<std::size_t>(contact.b)].size);
+  return std::min(options.models[index(contact.a)].size, options.models[index(contact.b)].size);
 }
 
 void start_history(const CarryOptions& options, BodyContact& contact) {
@@ -205,8 +205,8 @@ std::span<const Contact> of_joint(const CarryOptions& options, std::span<const C
   const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
   const auto of_pair =
       std::ranges::equal_range(contacts, std::pair(contact.a, contact.b), {}, pair);
-  const BlockModel& a = options.models[static_cast<std::size_t>(contact.a)];
-  const BlockModel& b = options.models[static_cast<std::size_t>(contact.b)];
+  const BlockModel& a = options.models[index(contact.a)];
+  const BlockModel& b = options.models[index(contact.b)];
   if (!a.parts && !b.parts) return {of_pair.begin(), of_pair.end()};
   std::ranges::copy_if(of_pair, std::back_inserter(kept), [&](const Contact& c) {
     return part_of(a, c.point.key.feature_a) == contact.part_a &&
@@ -216,7 +216,7 @@ std::span<const Contact> of_joint(const CarryOptions& options, std::span<const C
 }
 
 JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
-  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  const std::size_t a = index(contact.a), b = index(contact.b);
   return {options.models[a], options.models[b], options.poses[a], options.poses[b]};
 }
 
@@ -317,7 +317,7 @@ void keep_areas(const CarryOptions& options, std::span<const Contact> before,
   const auto lost = [&](const BodyContact& contact) {
     const ContactPoint& point = contact.state.point;
     return point.previous >= 0 && !(point.area > none) &&
-           before[static_cast<std::size_t>(point.previous)].point.area > none;
+           before[index(point.previous)].point.area > none;
   };
   if (std::ranges::none_of(joint, lost)) return;
   const JointBlocks blocks = blocks_of(options, joint.front());
@@ -379,7 +379,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
     if (has_history(options, before, contact))
-      hand_on(before[static_cast<std::size_t>(previous[i])], options.poses, contact);
+      hand_on(before[index(previous[i])], options.poses, contact);
     else
       start_history(options, contact);
     contact.was_bonded = contact.state.bonded;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/index.hpp"
+
 namespace quoin::solver {
 
 void tangent_frame(const BodyContact& contact, const Vector3& normal, Vector3& t1, Vector3& t2) {
@@ -89,7 +91,7 @@ void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector
 
 void linearise(const BodyContact& contact, const StepPoses& poses,
                std::span<const BlockModel> models, LinearContact& linear) {
-  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  const std::size_t a = index(contact.a), b = index(contact.b);
   const Pose &start_a = poses.start[a], &start_b = poses.start[b];
   const Pose &end_a = poses.end[a], &end_b = poses.end[b];
   const ContactGeometry before = contact_geometry(contact, start_a, start_b);
@@ -189,18 +191,11 @@ double augmentation(double compliance, double strain_compliance) {
          (strain_compliance > 0.0 ? kStrainAugmentation / strain_compliance : 0.0);
 }
 
-/// Calls `add` with the slot and the Jacobian of each of the contact's blocks that has unknowns.
-template <class Add>
-void for_each_side(const LinearContact& c, const Add& add) {
-  if (c.slot_a >= 0) add(static_cast<std::size_t>(c.slot_a), c.jacobian_a);
-  if (c.slot_b >= 0) add(static_cast<std::size_t>(c.slot_b), c.jacobian_b);
-}
-
 }  // namespace
 
 double normal_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   double sum = 0.0;
-  for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
+  c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
     sum += square(compliance, slot, jacobian);
   });
   return sum;
@@ -208,7 +203,7 @@ double normal_compliance(const LinearContact& c, const SquareBlocks& compliance)
 
 double shear_compliance(const LinearContact& c, const SquareBlocks& compliance) {
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
-  for_each_side(c, [&](std::size_t slot, const ContactJacobian& jacobian) {
+  c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
     sum += tangential(compliance, slot, jacobian);
   });
   return largest_eigenvalue(sum);
@@ -217,7 +212,7 @@ double shear_compliance(const LinearContact& c, const SquareBlocks& compliance) 
 void set_augmentation(const SquareBlocks& compliance, LinearContact& linear) {
   double strain = 0.0;
   Eigen::Matrix2d strain_shear = Eigen::Matrix2d::Zero();
-  for_each_side(linear, [&](std::size_t slot, const ContactJacobian& jacobian) {
+  linear.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
     if (!jacobian.deforms()) return;
     strain += square(compliance, slot, jacobian, true);
     strain_shear += tangential(compliance, slot, jacobian, true);
@@ -230,7 +225,7 @@ void set_augmentation(const SquareBlocks& compliance, LinearContact& linear) {
 }
 
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear) {
-  const auto a = static_cast<std::size_t>(contact.a), b = static_cast<std::size_t>(contact.b);
+  const std::size_t a = index(contact.a), b = index(contact.b);
   const ContactGeometry now = contact_geometry(contact, poses.end[a], poses.end[b]);
   Rows rows;
   rows.normal = now.normal;

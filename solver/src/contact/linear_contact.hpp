@@ -4,7 +4,8 @@
 #include <memory>
 #include <quoin/solver/state.hpp>
 
-#include "block/displacement.hpp"
+#include "base/index.hpp"
+#include "block/block_system.hpp"
 
 namespace quoin::solver {
 
@@ -129,6 +130,19 @@ struct ContactTerms {
 /// One contact after linearisation.
 struct LinearContact : ContactTerms {
   ContactJacobian jacobian_a, jacobian_b;
+
+  /// Of its first block that has unknowns.
+  int first_slot() const { return slot_a >= 0 ? slot_a : slot_b; }
+  /// Calls `visit` with the slot and the Jacobian of each of its blocks that has unknowns.
+  template <class Visit>
+  void each_side(const Visit& visit) const {
+    if (slot_a >= 0) visit(index(slot_a), jacobian_a);
+    if (slot_b >= 0) visit(index(slot_b), jacobian_b);
+  }
+  /// Adds what this force pushes the blocks with to `sum`, by slot.
+  void push(const Vector3& force_on_b, BlockVector& sum) const {
+    each_side([&](std::size_t s, const ContactJacobian& j) { sum[s] += j.push(force_on_b); });
+  }
 };
 
 }  // namespace quoin::solver

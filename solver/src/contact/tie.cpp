@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "base/index.hpp"
+
 namespace quoin::solver {
 namespace {
 
 /// From its first point to its second, m.
 Vector3 reach_of(const TieModel& model, std::span<const Pose> poses) {
   const Pose world{.rotation = Matrix3::Identity(), .shape = Matrix3::Identity()};
-  const auto of = [&](int block) -> const Pose& {
-    return block < 0 ? world : poses[static_cast<std::size_t>(block)];
-  };
+  const auto of = [&](int block) -> const Pose& { return block < 0 ? world : poses[index(block)]; };
   const Pose &a = of(model.tie.a), &b = of(model.tie.b);
   return between(a, b) + (b.shape * model.arm_b - a.shape * model.arm_a);
 }
@@ -108,7 +108,7 @@ void linearise_tie(const TieModel& model, const TieState& before, const StepPose
   const auto fill = [&](int block, int slot, double sign, const Vector3& arm,
                         ContactJacobian& jacobian) {
     if (block < 0) return;
-    const auto b = static_cast<std::size_t>(block);
+    const std::size_t b = index(block);
     const Vector12& increment = poses.increment[b];
     jacobian.set(sign * rows *
                      mean_motion(poses.start[b], poses.end[b], increment.segment<3>(3), arm,

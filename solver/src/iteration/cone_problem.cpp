@@ -93,8 +93,7 @@ void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
       cones_[i].unmended[0] = std::min(cones_[i].unmended[0], mended_apart);
     cones_[i].offset = c.offset - cones_[i].unmended;
     cones_[i].unmoved = c.start + c.left_out - cones_[i].unmended;
-    if (c.slot_a >= 0) cones_[i].offset += c.jacobian_a * guess[index(c.slot_a)];
-    if (c.slot_b >= 0) cones_[i].offset += c.jacobian_b * guess[index(c.slot_b)];
+    c.each_side([&](std::size_t s, const auto& j) { cones_[i].offset += j * guess[s]; });
     slots_->rigid() ? set_contact<6>(i) : set_contact<12>(i);
   });
 }

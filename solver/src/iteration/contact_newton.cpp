@@ -49,17 +49,13 @@ void ContactEquations::shift(const BlockEquations& blocks, std::span<LinearConta
   for (LinearContact& c : contacts) {
     c.guess = c.offset;
     double size = 0.0;  // sum of magnitudes in J D: what its rounding is measured against, m
-    const auto move = [&](int slot, const ContactJacobian& jacobian) {
-      if (slot < 0) return;
-      c.guess += jacobian * guess[index(slot)];
-      size += jacobian.magnitudes(guess[index(slot)]).maxCoeff();
-    };
-    move(c.slot_a, c.jacobian_a);
-    move(c.slot_b, c.jacobian_b);
+    c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
+      c.guess += jacobian * guess[slot];
+      size += jacobian.magnitudes(guess[slot]).maxCoeff();
+    });
     if (size == 0.0) round_to_zero(c.guess, gap_rounding);
     noise_.push_back(kTermRounding * std::max(c.normal_stiffness, c.shear_stiffness) * size);
-    if (c.slot_a >= 0) all_noise_[index(c.slot_a)] += noise_.back();
-    if (c.slot_b >= 0) all_noise_[index(c.slot_b)] += noise_.back();
+    c.each_side([&](std::size_t slot, const auto&) { all_noise_[slot] += noise_.back(); });
   }
 }
 
@@ -87,13 +83,10 @@ double ContactEquations::floor_beside(std::size_t slot) const {
 void ContactEquations::evaluate_contact(const BlockVector& change, Law law, double softness,
                                         LinearContact& c) const {
   c.relative = c.guess;
-  const auto move = [&](int slot, const ContactJacobian& jacobian) {
-    if (slot < 0) return;
-    c.relative.noalias() += jacobian.rigid * change[index(slot)].head<6>();
-    if (jacobian.strain) c.relative.noalias() += *jacobian.strain * change[index(slot)].tail<6>();
-  };
-  move(c.slot_a, c.jacobian_a);
-  move(c.slot_b, c.jacobian_b);
+  c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
+    c.relative.noalias() += jacobian.rigid * change[slot].head<6>();
+    if (jacobian.strain) c.relative.noalias() += *jacobian.strain * change[slot].tail<6>();
+  });
   open_by_slip(c);
   law == Law::Assumed ? apply_assumed(softness, c) : apply_law(softness, c);
 }
@@ -116,16 +109,14 @@ void ContactEquations::push_blocks(std::span<const LinearContact> contacts, std:
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const LinearContact& c = contacts[i];
     if (c.mode == ContactMode::Open) continue;
-    const auto push = [&](int slot, const ContactJacobian& jacobian) {
-      if (slot < static_cast<int>(first) || slot >= static_cast<int>(end)) return;
-      Vector12& residual = residual_[index(slot)];
+    c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
+      if (slot < first || slot >= end) return;
+      Vector12& residual = residual_[slot];
       residual.head<6>().noalias() += jacobian.rigid.transpose() * c.force;
       if (jacobian.strain) residual.tail<6>().noalias() += jacobian.strain->transpose() * c.force;
-      scale_[index(slot)] += c.force.norm();
-      floor_[index(slot)] += noise_[i];
-    };
-    push(c.slot_a, c.jacobian_a);
-    push(c.slot_b, c.jacobian_b);
+      scale_[slot] += c.force.norm();
+      floor_[slot] += noise_[i];
+    });
   }
 }
 
@@ -155,13 +146,12 @@ void ContactEquations::add_rounding(const BlockSystem& base,
   for (const LinearContact& c : contacts) {
     if (c.mode == ContactMode::Open) continue;
     const double stiffness = softness * std::max(c.normal_stiffness, c.shear_stiffness);
-    const auto size = [&](int slot, const ContactJacobian& jacobian) {
-      return slot < 0 ? 0.0 : jacobian.magnitudes(change[index(slot)]).maxCoeff();
-    };
-    const double noise =
-        kTermRounding * stiffness * (size(c.slot_a, c.jacobian_a) + size(c.slot_b, c.jacobian_b));
-    if (c.slot_a >= 0) floor[index(c.slot_a)] += noise;
-    if (c.slot_b >= 0) floor[index(c.slot_b)] += noise;
+    double size = 0.0;
+    c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
+      size += jacobian.magnitudes(change[slot]).maxCoeff();
+    });
+    const double noise = kTermRounding * stiffness * size;
+    c.each_side([&](std::size_t slot, const auto&) { floor[slot] += noise; });
   }
 }
 
@@ -301,7 +291,7 @@ void ContactNewton::add_contacts(std::size_t first, std::size_t end) {
   stiffness.flush();
 }
 
-bool ContactNewton::step(Law law, double softness, NewtonCount& count) {
+bool ContactNewton::step(Law law, double softness, SolveCount& count) {
   if (watch_ != nullptr) watch_->look();
   if (!same_tangent(law, softness)) {
     assemble();
@@ -375,7 +365,7 @@ bool ContactNewton::reaches_on(double residual, double& least) const {
   return falls && residual >= kReached && system_.symmetric;
 }
 
-Relaxed ContactNewton::relax(const RelaxOptions& options, NewtonCount& count) {
+Relaxed ContactNewton::relax(const RelaxOptions& options, SolveCount& count) {
   const double tolerance = options.tolerance, softness = options.softness;
   double reached = std::numeric_limits<double>::infinity();
   double least = equations_.squared_residual();

@@ -78,13 +78,6 @@ class ContactEquations {
   std::vector<double> floor_, block_floor_, all_noise_, noise_;
 };
 
-/// What was spent.
-struct NewtonCount {
-  int iterations = 0;
-  int solves = 0;
-  int factorizations = 0;
-};
-
 /// How far, with what and how long to relax.
 struct RelaxOptions {
   double tolerance = 1e-10;  ///< relative residual
@@ -113,9 +106,9 @@ class ContactNewton {
   /// stiffness.
   void evaluate(Law law, double softness);
   /// One step. False, and nothing moved, when the matrix can't be solved.
-  bool step(Law law, double softness, NewtonCount& count);
+  bool step(Law law, double softness, SolveCount& count);
   /// Steps until the residual is small.
-  Relaxed relax(const RelaxOptions& options, NewtonCount& count);
+  Relaxed relax(const RelaxOptions& options, SolveCount& count);
 
   /// From the next set() on.
   void use(const Threads& threads) {

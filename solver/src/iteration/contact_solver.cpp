@@ -130,8 +130,11 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   coulomb_ = std::ranges::all_of(contacts, ConeProblem::follows_coulomb);
   suits_ = coulomb_ || ConeProblem::suits(contacts);
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
-  if (tuning.free != nullptr && contacts.empty())
-    return {.converged = true, .change = coast(*tuning.free, *slots_, blocks.force, increment)};
+  if (tuning.free != nullptr && contacts.empty()) {
+    OpenCloseResult coasted{{}, true};
+    coasted.change = coast(*tuning.free, *slots_, blocks.force, increment);
+    return coasted;
+  }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
   if (begins_inside(contacts, tuning)) return solve_static(blocks, contacts, tuning, increment);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "iteration/cone_algebra.hpp"
+#include "iteration/cone.hpp"
 
 namespace quoin::solver {
 namespace {
@@ -225,11 +225,7 @@ OpenCloseResult InteriorPoint::solve(const BlockSystem& base, const BlockVector&
   problem_.set(base, force, contacts, increment);
   x_.assign(contacts.size(), Vector3::Zero());
   const IterationCount count = iterate(std::min(most, kMostInteriorSteps));
-  OpenCloseResult result{.converged = count.residual <= kUseful,
-                         .iterations = count.iterations,
-                         .solves = count.solves,
-                         .factorizations = count.factorizations,
-                         .residual = count.residual};
+  OpenCloseResult result{count, count.residual <= kUseful, count.residual};
   if (!result.converged) return result;
   problem_.respond(x_, u_);
   for (std::size_t i = 0; i < contacts.size(); ++i) {

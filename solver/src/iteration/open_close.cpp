@@ -26,17 +26,14 @@ struct FreeContact {
 
 FreeContact free_contact(const FreeMotion& free, const BlockVector& force, const LinearContact& c) {
   FreeContact moved{.end = c.offset};
-  const auto add = [&](int slot, const ContactJacobian& jacobian) {
-    if (slot < 0) return;
-    const Vector12 increment = free.compliance.times(index(slot), force[index(slot)]);
-    const Vector12& coasting = free.coasting[index(slot)];
+  c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
+    const Vector12 increment = free.compliance.times(slot, force[slot]);
+    const Vector12& coasting = free.coasting[slot];
     moved.end += jacobian * increment;
     moved.by_loads += jacobian * (increment - coasting);
     moved.rounding +=
         kMotionRounding * (jacobian.magnitudes(increment) + jacobian.magnitudes(coasting));
-  };
-  add(c.slot_a, c.jacobian_a);
-  add(c.slot_b, c.jacobian_b);
+  });
   return moved;
 }
 
@@ -207,9 +204,7 @@ bool is_moving(const Slots& slots, const BlockVector& increment) {
 
 void add(const OpenCloseResult& later, OpenCloseResult& total) {
   total.converged = later.converged;
-  total.iterations += later.iterations;
-  total.solves += later.solves;
-  total.factorizations += later.factorizations;
+  total.count(later);
   total.residual = later.residual;
   total.closed = total.closed && later.closed;
   total.change = later.change;
@@ -265,7 +260,8 @@ std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
                                                 const OpenCloseOptions& options,
                                                 BlockVector& guess) {
   const double left = kStalledGap * options.gap_tolerance;
-  OpenCloseResult result{.converged = true, .softness = options.softness};
+  OpenCloseResult result{{}, true};
+  result.softness = options.softness;
   result.change = largest_motion(*slots_, guess);
   if (!(result.change <= left)) return {};
   const bool kept = std::ranges::all_of(contacts, [](const LinearContact& c) {
@@ -287,7 +283,7 @@ std::optional<OpenCloseResult> OpenClose::rests(const BlockEquations& blocks,
 
 /// A step with the modes that contacts are taken to have. From nothing, a course of a wall would
 /// close in each of Newton's steps.
-void OpenClose::step_assumed(double softness, NewtonCount& count) {
+void OpenClose::step_assumed(double softness, SolveCount& count) {
   newton_.evaluate(Law::Assumed, softness);
   ++count.iterations;
   if (!newton_.step(Law::Assumed, softness, count)) newton_.evaluate(Law::True, softness);
@@ -312,7 +308,7 @@ double OpenClose::wanted_residual(std::span<const LinearContact> contacts,
 /// soft ones all at once. Where it fails it goes back to the last solution with softer contacts,
 /// and stiffer ones again as they are quickly solved.   [Rockafellar 1976]
 bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                         Progress& progress, NewtonCount& count) {
+                         Progress& progress, SolveCount& count) {
   const auto is_spring = [](const LinearContact& c) { return c.compliant && !is_link(c); };
   const bool springs = std::ranges::any_of(contacts, is_spring);
   double& softness = progress.softness;
@@ -360,12 +356,8 @@ bool OpenClose::converge(std::span<LinearContact> contacts, const OpenCloseOptio
 /// ever.
 double OpenClose::push_of_update(std::span<const LinearContact> contacts) {
   push_.assign(newton_.change().size(), Vector12::Zero());
-  for (const LinearContact& c : contacts) {
-    if (c.compliant) continue;
-    const Vector3 push = force_after_update(c) - c.force;
-    if (c.slot_a >= 0) push_[index(c.slot_a)] += c.jacobian_a.push(push);
-    if (c.slot_b >= 0) push_[index(c.slot_b)] += c.jacobian_b.push(push);
-  }
+  for (const LinearContact& c : contacts)
+    if (!c.compliant) c.push(force_after_update(c) - c.force, push_);
   return newton_.equations().relative_push(push_);
 }
 
@@ -460,7 +452,8 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();
   if (residual <= kAtRest * options.force_tolerance) return {};
-  OpenCloseResult result{.converged = true, .softness = options.softness};
+  OpenCloseResult result{{}, true};
+  result.softness = options.softness;
   guess_ = increment;
   move_freely(*options.free, blocks.force, contacts, increment);
   for (std::size_t s = 0; s < increment.size(); ++s) guess_[s] -= increment[s];
@@ -496,16 +489,14 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   }
   const double overlap = kStalledGap * options.gap_tolerance;
   if (const auto free = fly(blocks, contacts, options, overlap, increment)) return *free;
-  NewtonCount count;
+  SolveCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(options.softness, count);
   Progress progress{.softness = options.softness, .far = far, .assumes = far && slots_->rigid()};
   result.converged = converge(contacts, options, progress, count);
   result.softness = progress.softness;
   result.infeasible = progress.infeasible;
-  result.iterations = count.iterations;
-  result.solves = count.solves;
-  result.factorizations = count.factorizations;
+  result.count(count);
   result.residual = equations.relative_residual();
   for (LinearContact& c : contacts) c.assumed = c.mode;
   for (std::size_t s = 0; s < increment.size(); ++s) increment[s] += newton_.change()[s];

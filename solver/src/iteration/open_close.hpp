@@ -65,11 +65,8 @@ struct OpenCloseOptions {
   const FreeMotion* free = nullptr;  ///< of a dynamic step: contacts may have nothing to do
 };
 
-struct OpenCloseResult {
+struct OpenCloseResult : SolveCount {
   bool converged = false;
-  int iterations = 0;
-  int solves = 0;
-  int factorizations = 0;
   double residual = 0.0;  ///< relative force residual
   double condition = 0.0;
   bool closed = true;   ///< all gaps that should be, as well as the tolerance asks; of the proximal
@@ -160,9 +157,9 @@ class OpenClose {
                                        const OpenCloseOptions& options, BlockVector& guess);
   double wanted_residual(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                          const Progress& progress) const;
-  void step_assumed(double softness, NewtonCount& count);
+  void step_assumed(double softness, SolveCount& count);
   bool converge(std::span<LinearContact> contacts, const OpenCloseOptions& options,
-                Progress& progress, NewtonCount& count);
+                Progress& progress, SolveCount& count);
   bool settled(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                Progress& progress);
   bool serves_motion(std::span<const LinearContact> contacts, const OpenCloseOptions& options,

@@ -6,11 +6,8 @@
 namespace quoin::solver {
 
 /// How far an iteration came.
-struct IterationCount {
+struct IterationCount : SolveCount {
   bool converged = false;
-  int iterations = 0;
-  int solves = 0;  ///< right-hand sides
-  int factorizations = 0;
   double residual = 0.0;
 };
 

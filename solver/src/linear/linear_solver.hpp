@@ -8,6 +8,18 @@
 
 namespace quoin::solver {
 
+/// What iterations have spent.
+struct SolveCount {
+  int iterations = 0;
+  int solves = 0;  ///< right-hand sides
+  int factorizations = 0;
+  void count(const SolveCount& more) {
+    iterations += more.iterations;
+    solves += more.solves;
+    factorizations += more.factorizations;
+  }
+};
+
 /// Eliminates; of several processes, what is large goes to all of them. See solver/README.md,
 /// "Linear systems".
 class LinearSolver {

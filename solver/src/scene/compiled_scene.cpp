@@ -97,7 +97,7 @@ void check_square(const Vector3& value, const std::string& what) {
 }
 
 Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_point) {
-  const BlockState& start = compiled.models[static_cast<std::size_t>(block)].start;
+  const BlockState& start = compiled.models[index(block)].start;
   return (world_point - compiled.origin - start.centroid) - start.centroid_rest;
 }
 
@@ -106,7 +106,7 @@ Vector3 arm_of(const CompiledScene& compiled, int block, const Vector3& world_po
 Vector3 held_arm(const CompiledScene& compiled, int block, const Vector3& world_point) {
   constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
   const Vector3 arm = arm_of(compiled, block, world_point);
-  const double size = compiled.models[static_cast<std::size_t>(block)].size + world_point.norm();
+  const double size = compiled.models[index(block)].size + world_point.norm();
   return arm.norm() <= kRounding * size ? Vector3(Vector3::Zero()) : arm;
 }
 
@@ -203,7 +203,7 @@ void compile_loads(CompiledScene& compiled) {
   }
   for (const FaceLoad& load : scene.face_loads) {
     const std::string what = checked_load(scene, "face load", scene.face_loads, load);
-    const BlockModel& model = compiled.models[static_cast<std::size_t>(load.block)];
+    const BlockModel& model = compiled.models[index(load.block)];
     check_face(model, load.block, load.face, what);
     check_constant(load.traction, what + ": traction");
     const FaceMean mean = face_mean(model, load.face);
@@ -213,7 +213,7 @@ void compile_loads(CompiledScene& compiled) {
     const std::string what = checked_load(scene, "body load", scene.body_loads, load);
     check_constant(load.force, what + ": force");
     add_load(compiled, load.block, Vector3::Zero(), load.force,
-             compiled.models[static_cast<std::size_t>(load.block)].volume);
+             compiled.models[index(load.block)].volume);
   }
   for (const PressureLoad& load : scene.pressure_loads) {
     const std::string what = checked_load(scene, "pressure load", scene.pressure_loads, load);
@@ -341,7 +341,7 @@ void check_parts(const Block& block, int index) {
 }
 
 void check_shape(const Scene& scene, int block) {
-  const Block& b = scene.blocks[static_cast<std::size_t>(block)];
+  const Block& b = scene.blocks[index(block)];
   if (b.shape == nullptr) throw InputError(label(b, block) + " has no shape");
   check_parts(b, block);
   const double determinant = b.placement.linear.determinant();
@@ -473,8 +473,8 @@ Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time)
 void check_motion_velocity(const Scene& scene, int block, const Vector3& velocity, double time) {
   if (std::isfinite(velocity.squaredNorm())) return;
   std::ostringstream message;
-  message << label(scene.blocks[static_cast<std::size_t>(block)], block)
-          << ": velocity of its motion at " << time << " s is not finite, or its square";
+  message << label(scene.blocks[index(block)], block) << ": velocity of its motion at " << time
+          << " s is not finite, or its square";
   throw InputError(message.str());
 }
 
@@ -528,15 +528,15 @@ State initial_state(const CompiledScene& compiled) {
     state.blocks.push_back(place);
   }
   for (const int b : compiled.prescribed) {
-    const Motion& motion = compiled.scene.blocks[static_cast<std::size_t>(b)].motion;
-    Vector3& velocity = state.blocks[static_cast<std::size_t>(b)].velocity;
+    const Motion& motion = compiled.scene.blocks[index(b)].motion;
+    Vector3& velocity = state.blocks[index(b)].velocity;
     velocity = velocity_from(motion, velocity, 0.0);
     check_motion_velocity(compiled.scene, b, velocity, 0.0);
     PrescribedMotion begun{.velocity = velocity};
     set_turn(motion, 0.0, 0.0, begun);
     begun.turn = Quaternion::Identity();
-    move_along(compiled.models[static_cast<std::size_t>(b)], motion, begun, begun, compiled.origin,
-               state.blocks[static_cast<std::size_t>(b)]);
+    move_along(compiled.models[index(b)], motion, begun, begun, compiled.origin,
+               state.blocks[index(b)]);
   }
   lay_ties(compiled, state);
   return state;
@@ -548,7 +548,7 @@ double sum_of(double (*energy)(const BlockModel&, const BlockState&), const Comp
               const State& state) {
   double sum = 0.0;
   for (const int block : compiled.slots.block_of_slot) {
-    const auto b = static_cast<std::size_t>(block);
+    const std::size_t b = index(block);
     sum += energy(compiled.models[b], state.blocks[b]);
   }
   return sum;
@@ -606,10 +606,8 @@ double jump_within(const VectorOfTime& velocity, double from, double to) {
   std::array<Vector3, kPieces + 1> values;
   double change = 0.0;
   for (int k = 0; k <= kPieces; ++k) {
-    values[static_cast<std::size_t>(k)] = velocity.at(from + (to - from) * k / kPieces);
-    if (k > 0)
-      change +=
-          (values[static_cast<std::size_t>(k)] - values[static_cast<std::size_t>(k - 1)]).norm();
+    values[index(k)] = velocity.at(from + (to - from) * k / kPieces);
+    if (k > 0) change += (values[index(k)] - values[index(k - 1)]).norm();
   }
   for (std::size_t k = 0; k < kPieces; ++k) {
     const double most = kNearlyAll * change;

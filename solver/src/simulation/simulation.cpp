@@ -5,6 +5,7 @@
 #include <quoin/solver/simulation.hpp>
 #include <sstream>
 
+#include "base/index.hpp"
 #include "base/messages.hpp"
 #include "linear/linear_solver.hpp"
 #include "simulation/checkpoint.hpp"
@@ -79,7 +80,7 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
 }  // namespace
 
 Vector3 local_point(const State& state, int block, const Vector3& reference_arm) {
-  const Pose now = pose(state.blocks[static_cast<std::size_t>(block)]);
+  const Pose now = pose(state.blocks[index(block)]);
   return now.centroid + (now.centroid_rest + now.shape * reference_arm);
 }
 
@@ -180,7 +181,7 @@ void check(const StepOptions& options) {
 void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {
   const std::string what = "velocity of block " + std::to_string(given.block);
   if (given.block < 0 || given.block >= static_cast<int>(models.size()) ||
-      models[static_cast<std::size_t>(given.block)].unknowns == 0)
+      models[index(given.block)].unknowns == 0)
     throw InputError(what + ": there is no such block with unknowns");
   const auto require = [&](const Vector3& value, const char* unit) {
     if (std::isfinite(value.squaredNorm())) return;
@@ -193,7 +194,7 @@ void check(const BlockVelocity& given, const std::vector<BlockModel>& models) {
 }
 
 std::string numbered(const Scene& scene, int block) {
-  const std::string& name = scene.blocks[static_cast<std::size_t>(block)].name;
+  const std::string& name = scene.blocks[index(block)].name;
   return std::to_string(block) + (name.empty() ? "" : " (" + name + ")");
 }
 
@@ -203,14 +204,13 @@ void check_overlap(const CompiledScene& compiled, const Workspace& work,
                    std::span<const char> idle_before) {
   if (compiled.scene.initial_overlap != InitialOverlap::Refuse) return;
   const auto size = [&](const geometry::ContactPoint& point) {
-    return std::min(compiled.models[static_cast<std::size_t>(point.key.a)].size,
-                    compiled.models[static_cast<std::size_t>(point.key.b)].size);
+    return std::min(compiled.models[index(point.key.a)].size,
+                    compiled.models[index(point.key.b)].size);
   };
   const auto overlaps = [&](const geometry::ContactPoint& point) {
     const auto [a, b] = std::pair(point.key.a, point.key.b);
     const bool is_new =
-        are_laid(work.laid, a, b) || (idle_before[static_cast<std::size_t>(a)] != 0 &&
-                                      idle_before[static_cast<std::size_t>(b)] != 0);
+        are_laid(work.laid, a, b) || (idle_before[index(a)] != 0 && idle_before[index(b)] != 0);
     return is_new && !(-point.gap <= 1e-3 * size(point));
   };
   const auto first = std::ranges::find_if(work.found, overlaps);
@@ -279,7 +279,7 @@ void Simulation::set_velocities(std::span<const BlockVelocity> velocities) {
   const double before = energy.kinetic;
   std::vector<char> set_on(models.size());
   for (const BlockVelocity& given : velocities) {
-    const auto b = static_cast<std::size_t>(given.block);
+    const std::size_t b = index(given.block);
     BlockState& now = parts_->state.blocks[b];
     energy.kinetic -= kinetic_energy(models[b], now);
     now.velocity = given.velocity;

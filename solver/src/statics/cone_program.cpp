@@ -7,7 +7,7 @@
 #include <map>
 
 #include "base/index.hpp"
-#include "iteration/cone_algebra.hpp"
+#include "iteration/cone.hpp"
 
 namespace quoin::solver {
 

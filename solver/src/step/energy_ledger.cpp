@@ -111,7 +111,7 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
   share.work.scheme += contact.spring_loss;
   if (c.compliant && c.law == ContactLaw::Frictionless && contact.was_closed)
     share.work.heat += shear_energy(contact, poses);
-  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += share.work.stored;
+  energy.stored[index(c.first_slot())] += share.work.stored;
   return share;
 }
 
@@ -128,7 +128,7 @@ void account_tie(const SubStep& step, int number, const TieState& end, const Lin
   push(tie.a, c.slot_a, c.jacobian_a);
   push(tie.b, c.slot_b, c.jacobian_b);
   add({.work = tie_work(tie, step.ties[index(number)], end, c.force[0])}, energy);
-  energy.stored[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] += stored_energy(tie, end);
+  energy.stored[index(c.first_slot())] += stored_energy(tie, end);
 }
 
 /// Dashpots take the work of their force on d, the motion against the ground.

@@ -110,7 +110,7 @@ bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
 }
 
 std::size_t Restitution::group_of(const LinearContact& c) const {
-  return index(groups_[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)]);
+  return index(groups_[index(c.first_slot())]);
 }
 
 namespace {
@@ -389,10 +389,7 @@ double follow_openings(VelocityProblem& problem) {
 
 /// What the positions' forces have done is part of the velocities.
 void take_off_forces(VelocityProblem& problem) {
-  for (const LinearContact& c : problem.contacts) {
-    if (c.slot_a >= 0) problem.force[index(c.slot_a)] -= c.jacobian_a.push(c.multiplier);
-    if (c.slot_b >= 0) problem.force[index(c.slot_b)] -= c.jacobian_b.push(c.multiplier);
-  }
+  for (const LinearContact& c : problem.contacts) c.push(-c.multiplier, problem.force);
 }
 
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
@@ -401,8 +398,7 @@ void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
   pushed.assign(step.island.slots.block_of_slot.size(), 0.0);
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const LinearContact& c = problem.contacts[i];
-    pushed[index(c.slot_a >= 0 ? c.slot_a : c.slot_b)] -=
-        0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
+    pushed[index(c.first_slot())] -= 0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
   }
 }
 

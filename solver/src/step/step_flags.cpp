@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/index.hpp"
 #include "contact/contact_history.hpp"
 
 namespace quoin::solver {
@@ -13,9 +14,7 @@ constexpr double kLargestStrain = 0.05;   // small-strain theory; of a block tha
 constexpr double kLargestOverlap = 1e-3;  // of the smaller block: as at the start of a scene
 constexpr double kThrownApart = 1e-4;     // likewise: up to there all are found (Reach)
 
-double size(const CompiledScene& compiled, int block) {
-  return compiled.models[static_cast<std::size_t>(block)].size;
-}
+double size(const CompiledScene& compiled, int block) { return compiled.models[index(block)].size; }
 
 /// Of the smaller block.
 double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint& point) {

@@ -73,8 +73,7 @@ constexpr double kDampingOfScheme = 0.25;
 /// What weighs on an island: weights and loads, N. `gravity`: m/s2.
 double weight_of(const CompiledScene& compiled, const Island& island, double gravity, double time) {
   double sum = 0.0;
-  for (const int block : island.own())
-    sum += gravity * compiled.models[static_cast<std::size_t>(block)].mass;
+  for (const int block : island.own()) sum += gravity * compiled.models[index(block)].mass;
   for (const int l : island.blocks.loads) {
     const PointForce& load = compiled.loads[index(l)];
     sum += load.at(pose(compiled.models[index(load.block)].start), time).norm();
@@ -97,8 +96,7 @@ double rounding_of_strain(const CompiledScene& compiled, const Workspace& work,
 void note_growth(const Workspace& work, const Island& island, double noise,
                  StepEvidence& evidence) {
   double scale = 0.0;
-  for (const int block : island.own())
-    scale += work.energy_scale[static_cast<std::size_t>(block)].value();
+  for (const int block : island.own()) scale += work.energy_scale[index(block)].value();
   const double growth = island.count.energy_growth;
   if (!(growth > noise && growth * evidence.energy_scale > evidence.energy_growth * scale)) return;
   evidence.energy_growth = growth;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/index.hpp"
+
 namespace quoin::solver {
 
 namespace {
@@ -13,7 +15,7 @@ int useful_threads(const CompiledScene& compiled, int given) {
 
 /// Pairs of two blocks without unknowns are never tested.
 geometry::BodyOptions body_options(const CompiledScene& compiled, int block) {
-  const bool idle = compiled.idle[static_cast<std::size_t>(block)] != 0;
+  const bool idle = compiled.idle[index(block)] != 0;
   geometry::BodyOptions options;
   options.motion = idle ? geometry::BodyMotion::Idle : geometry::BodyMotion::Moving;
   if (is_absent(compiled, block)) options.category = 0;
@@ -51,8 +53,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
   laid.assign(compiled.models.size(), kLaid);
   motion.resize(compiled.prescribed.size());
   for (std::size_t p = 0; p < motion.size(); ++p) {
-    const Motion& given =
-        compiled.scene.blocks[static_cast<std::size_t>(compiled.prescribed[p])].motion;
+    const Motion& given = compiled.scene.blocks[index(compiled.prescribed[p])].motion;
     if (given.kind == MotionKind::Displacement) motion[p].displacement = given.value.at(0.0);
     motion[p].turn = turn_at(given, 0.0);
   }
@@ -68,7 +69,7 @@ Workspace::Workspace(const CompiledScene& compiled, const StepOptions& options)
         model.parts ? finder.add_compound(parts, at, use) : finder.add(model.shape, at, use);
     if (!compiled.has_parts) continue;
     handles.push_back(handle);
-    owners_of_handles.resize(static_cast<std::size_t>(finder.size()), static_cast<int>(b));
+    owners_of_handles.resize(index(finder.size()), static_cast<int>(b));
   }
 }
 
