@@ -32,6 +32,13 @@ class UntrustedRuns(FolderTest):
         self.assertEqual([(f["flag"], f["blocks"]) for f in summary["flags"]], [("overlap", ["ground", "plate"])])
         self.assertEqual(self.run_scene(scene([ground, still], {"friction_angle_deg": 30}, end_time=0.2))["flags"], [])
 
+    def test_a_bar_turned_into_a_fixed_block(self):
+        bar = block("bar", [-1, -0.2, 0.4], [1, 0.2, 0.6], "prescribed",
+                    motion={"centre": [0, 0, 0.5], "rotation": {"formula": ["0", "3*t", "0"]}})
+        ground = block("ground", [-3, -3, -1], [3, 3, 0], "fixed")
+        for end_time, code in ((0.1, 0), (0.2, 1)):
+            self.run_scene(scene([ground, bar], {"friction_angle_deg": 30}, end_time=end_time), code=code)
+
     def test_turns_too_large_for_a_step(self):
         """2.5 rad each, where sub-steps are not allowed (cases/flags_of_motion.json: where they are)."""
         spun = block("b", [0, 0, 0], [1, 1, 1], angular_velocity=[0, 0, 50])

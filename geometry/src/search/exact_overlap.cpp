@@ -24,8 +24,8 @@ struct SupportPlane {
 /// corners by eps D each, and two values of the scan by half of that. False: there are too many.
 bool find_candidates(const Solid& solid, const Vector3& direction, double rounding,
                      VertexSet& vertices) {
-  constexpr double kNear = 4.0;  // of eps D; with room
-  constexpr std::size_t kMany = 32;
+  constexpr double kNear = 4.0;      // of eps D; with room
+  constexpr std::size_t kMany = 32;  // room in VertexSet
   const double limit = support(solid, direction).value - kNear * rounding;
   const Vec3 local = solid.turned_back(direction);
   for (int v = 0; v < solid.vertex_count(); ++v) {
@@ -322,7 +322,7 @@ class Polytope {
     const Vec3 a = place(facet, 0), u = place(facet, 1) - a, v = place(facet, 2) - a;
     const Vec3 normal = cross(u, v);
     const double squared = square(normal), whole = square(u) * square(v);
-    constexpr double kSlimSine = 1.0 / 16;
+    constexpr double kSlimSine = 1.0 / 16;  // slimmer: the cross product loses four bits
     if (closer_ || !(squared > kSlimSine * kSlimSine * whole)) return lay_exactly(f);
     facet.normal = normal / std::sqrt(squared);
     facet.distance = dot(facet.normal, a);

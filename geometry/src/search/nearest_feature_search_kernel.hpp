@@ -15,7 +15,7 @@
 namespace quoin::geometry {
 namespace {
 
-constexpr int kMostSteps = 64;
+constexpr int kMostSteps = 64;  // most pairs take under ten; what goes round comes to other tries
 
 int name_p(double name) { return static_cast<int>(std::bit_cast<long long>(name) & 0x7fffffff); }
 int name_q(double name) { return static_cast<int>(std::bit_cast<long long>(name) >> 32); }

@@ -193,7 +193,7 @@ bool hold_strain(const SubStep& step, std::span<const char> hit, StepPoses& pose
   return any;
 }
 
-constexpr int kLinearisations = 30;
+constexpr int kLinearisations = 30;  // then the sub-step is halved
 // Linearisations whose changes, above rounding, have not halved in so many go round in circles: of
 // 150 000 attempts that end one had more than four such.
 constexpr int kCircle = 5;

@@ -525,7 +525,7 @@ void give_up(const StepRun& run, const Island& failed, State& best) {
 
 /// Where few blocks move, contact points of these alone are searched for and listed.
 void choose_search(const CompiledScene& compiled, Workspace& work) {
-  constexpr std::size_t kMany = 8;
+  constexpr std::size_t kMany = 8;  // blocks for each that moves; changes no answer
   std::size_t awake = 0;
   for (const Island* island : work.awake) awake += island->own().size();
   const bool few = awake * kMany < compiled.models.size();
