@@ -16,9 +16,8 @@ namespace quoin::solver {
 ///             them where they span no area
 ///   opening   a contact without tension that has opened by more than `opened` (m); one that clings
 ///             with residual cohesion does so no more in this sub-step
-///   sliding   the contacts that are bonded in shear fail together where their forces' resultant V
-///   in the
-///             plane and moment T about its normal reach (V / V0)^2 + (T / T0)^2 = 1, with
+///   sliding   the contacts that are bonded in shear fail together where their forces' resultant in
+///             the plane V and moment about its normal T reach (V / V0)^2 + (T / T0)^2 = 1, with
 ///             V0 = sum (friction N + cohesion area), T0 the same by distance from their centre of
 ///             strength: the ellipsoid of [Goyal, Ruina & Papadopoulos 1991], exact for V or T
 ///             alone
