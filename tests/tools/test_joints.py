@@ -76,6 +76,20 @@ class Joints(FolderTest):
             self.assertAlmostEqual(float(row["x"]), middle[0] + e, places=5)
             self.assertEqual((row["points"], row["state"]), ("4", "closed"))
 
+    def test_a_stiff_bond_bends_to_its_first_crack(self):
+        """1 m square, strength T: cracks at T / 12 c, c from its axis to the farthest corner, and bears no more than
+        1.12 times that once cracked, about any axis."""
+        joint = {"friction_angle_deg": 30, "tension": 1e5, "cohesion": 1e8, "normal_stiffness": 1e9, "shear_stiffness": 1e9}
+        blocks = [block("ground", [-2, -2, -1], [2, 2, 0], "fixed"), block("slab", [-0.5, -0.5, 0], [0.5, 0.5, 0.5])]
+        for degrees in (0, 20, 45):
+            x, y = 0.4 * math.cos(math.radians(degrees)), 0.4 * math.sin(math.radians(degrees))
+            crack = 1e5 / 12 / (0.5 * (x + y) / 0.4) / 0.8
+            for share, code in ((0.97, 0), (1.12, 1)):
+                loads = [{"type": "point", "block": "slab", "point": [side * x, side * y, 0.5],
+                          "force": [0, 0, side * share * crack]} for side in (1, -1)]
+                self.run_scene({"materials": {"stone": {"density": 1000}}, "joint": joint, "blocks": blocks, "loads": loads,
+                                "gravity": [0, 0, 0], "stages": [{"analysis": "static"}]}, code=code)
+
     def test_motion_relative_to_the_ground_and_spin(self):
         motion = {"velocity": {"formula": ["t", "0", "0"]}}
         scene = cube_on_floor([{"analysis": "dynamic", "duration": 0.5}])

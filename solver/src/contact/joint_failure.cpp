@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "contact/contact_jacobian.hpp"
 #include "contact/joint_area.hpp"
@@ -57,8 +58,40 @@ BondedCorners bonded_corners(const SolvedJoint& joint) {
   return bonded;
 }
 
+/// A crack from a corner runs through the triangles that end there (joint_area.hpp): their inner
+/// points part with it. Of the corners those next to an inner point by angle are its triangle's.
+void part_triangles(const SolvedJoint& joint, std::span<const char> parted) {
+  const Vector3& normal = joint.contacts.front().state.point.normal;
+  std::vector<Vector2d> places;
+  Vector2d centre = Vector2d::Zero();
+  double area = 0.0;
+  for (const BodyContact& contact : joint.contacts) {
+    places.push_back(in_plane(contact, normal));
+    area += contact.state.point.area;
+    centre += contact.state.point.area * places.back();
+  }
+  centre /= area;
+  const auto angle = [&](std::size_t of, std::size_t from) {  // 0 .. 2 pi
+    const Vector2d x = places[from] - centre, y = places[of] - centre;
+    const double turn = std::atan2(x.x() * y.y() - x.y() * y.x(), x.dot(y));
+    return turn < 0.0 ? turn + 2.0 * std::numbers::pi : turn;
+  };
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    BodyContact& inner = joint.contacts[i];
+    if (!inner.state.bonded || !is_inner(inner.state.point.key)) continue;
+    std::size_t next = i, last = i;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      if (is_inner(joint.contacts[k].state.point.key)) continue;
+      if (next == i || angle(k, i) < angle(next, i)) next = k;
+      if (last == i || angle(k, i) > angle(last, i)) last = k;
+    }
+    if (parted[next] != 0 || parted[last] != 0) weaken(*inner.joint, inner.state);
+  }
+}
+
 bool part_where_overloaded(const SolvedJoint& joint) {
   const BondedCorners bonded = bonded_corners(joint);
+  std::vector<char> parted(joint.contacts.size(), 0);
   bool any = false;
   for (std::size_t k = 0; k < bonded.index.size(); ++k) {
     BodyContact& contact = joint.contacts[bonded.index[k]];
@@ -66,8 +99,10 @@ bool part_where_overloaded(const SolvedJoint& joint) {
     const bool spans = !bonded.stress.empty();
     if (spans && !(bonded.stress[k] > (1.0 + kStressRounding) * tension)) continue;
     weaken(*contact.joint, contact.state);
+    parted[bonded.index[k]] = 1;
     any = true;
   }
+  if (any) part_triangles(joint, parted);
   return any;
 }
 
