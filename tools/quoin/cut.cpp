@@ -52,7 +52,7 @@ std::string obj_text(const CutBody& body) {
 }
 
 /// Number and volumes (m3) of the blocks; `closure`: what their sum is off the body's, relative.
-Ordered summary(const CutBody& body) {
+Ordered told_of(const CutBody& body) {
   double sum = 0.0, least = body.volume, excavated = 0.0;
   std::size_t inside = 0;
   for (const CutCell& cell : body.cells) {
@@ -83,7 +83,7 @@ int cut(const CutArguments& arguments) {
     scene.erase("blocks");
     save_text(arguments.out, scene_text(scene, blocks));
   }
-  const Ordered told = summary(body);
+  const Ordered told = told_of(body);
   if (arguments.as_json) {
     std::printf("%s\n", text(told).c_str());
   } else {

@@ -70,7 +70,7 @@ json judged(const Cell& cell) {
           {"seconds", outcome.seconds}};
 }
 
-void print(const json& row) {
+void print_cell(const json& row) {
   const json& parameters = row["parameters"];
   std::string flags;
   for (const std::string flag : row["flags"]) flags += " [" + flag + "]";
@@ -173,7 +173,7 @@ int run(const Arguments& arguments) {
       std::fprintf(stderr, "\r\033[K%zu of %zu: %s", i + 1, cells.size(), cell.name().c_str());
     list.push_back(known ? known.mapped() : judged(cell));
     if (!arguments.out.empty()) write_rows(arguments.out, list, left);
-    if (!arguments.json) print(list.back());
+    if (!arguments.json) print_cell(list.back());
   }
   if (progress) std::fprintf(stderr, "\r\033[K");
   if (arguments.json) std::printf("%s\n", list.dump(1).c_str());

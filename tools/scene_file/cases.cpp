@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -24,10 +23,6 @@ using Json = nlohmann::ordered_json;
 using Names = std::map<std::string, double>;  // formulas read the numbers in place
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// A formula of everything that a run shows; beside muParser's functions norm(…), the length of a
 /// vector, and det(…), of a 3 × 3 matrix by rows.

@@ -1,7 +1,6 @@
 #include "scene_file/run_scene.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <quoin/geometry/queries.hpp>
@@ -29,10 +28,6 @@ constexpr double kMostGrowth = 1e-4;
 
 // Of the smaller one: how deep a motion may drive a block into another without unknowns.
 constexpr double kDrivenOverlap = 1e-3;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
   const Eigen::AngleAxisd turned(rotation);
@@ -602,7 +597,7 @@ class Runner {
   /// Of a scene whose first step fails, pressed by no support that moves: whether its blocks are
   /// laid as rounded coordinates leave them, which rigid ones that fill a space cannot stand.
   std::string rounded(const StepReport& report) const {
-    constexpr double kNone = 1e-10;  // of the smallest block: what steps call zero, and more
+    constexpr double kZero = 1e-10;  // of the smallest block: what steps call zero, and more
     double smallest = std::numeric_limits<double>::infinity();
     for (const solver::Block& block : file_.scene.blocks)
       smallest = std::min(smallest, block.body().stretch() * block.shape->diameter());
@@ -616,7 +611,7 @@ class Runner {
           return is_prescribed(c.block) || is_prescribed(c.other);
         });
     if (result_.steps > 1 || pressed ||
-        overlap <= std::max(kNone * smallest, file_.scene.coordinate_rounding))
+        overlap <= std::max(kZero * smallest, file_.scene.coordinate_rounding))
       return "";
     std::ostringstream line;
     line << "; blocks overlap by up to " << overlap
@@ -928,6 +923,10 @@ std::vector<std::string> failures(const SceneFile& file, const RunResult& result
 
 RunResult run_scene(const SceneFile& file, const RunOptions& options) {
   return Runner(file, options).run();
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 const char* name(RunStatus status) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Runs a scene file stage by stage, watches its monitors and measures it against its references.
 
+#include <chrono>
 #include <functional>
 #include <iosfwd>
 #include <memory>
@@ -117,5 +118,8 @@ std::vector<std::string> failures(const SceneFile& file, const RunResult& result
 /// Throws geometry::InputError when the solver refuses the scene, FileError when what is to be
 /// resumed can't be.
 RunResult run_scene(const SceneFile& file, const RunOptions& options);
+
+/// On the wall clock, s.
+double seconds_since(std::chrono::steady_clock::time_point start);
 
 }  // namespace quoin::scene_file
