@@ -7,10 +7,10 @@ namespace quoin::solver {
 namespace {
 
 // Chosen on single steps of piles, shaken walls, towers, arches and slopes, and on runs of them.
-constexpr double kLeast = 1e-3, kMost = 0.1;  // of eps for hard contacts, and
-constexpr double kOfResidual = 0.1;           // what it is of the relative residual between them
-constexpr int kProximalPatience = 12;         // steps that do not halve the residual, and
-constexpr int kPatienceNear = 3;              // once it is below
+constexpr double kLeastEps = 1e-3, kMostEps = 0.1;  // of eps for hard contacts, and
+constexpr double kOfResidual = 0.1;    // what it is of the relative residual between them
+constexpr int kProximalPatience = 12;  // steps that do not halve the residual, and
+constexpr int kPatienceNear = 3;       // once it is below
 constexpr double kNearSolution = 1e-4;
 constexpr double kStart = 3e-4;   // e for contacts that yield, of the largest force, and at most
 constexpr double kOfStart = 0.1;  // this of the residual; it falls with each step
@@ -96,7 +96,7 @@ IterationCount ProximalNewton::solve_hard(ConeProblem& problem, const IterationL
   while (!(count.residual <= limit.residual) && goes_on()) {
     ++count.iterations;
     ++count.factorizations;
-    if (!find_step(problem, std::clamp(kOfResidual * residual, kLeast, kMost), 0.0, x)) break;
+    if (!find_step(problem, std::clamp(kOfResidual * residual, kLeastEps, kMostEps), 0.0, x)) break;
     take_step(x);
     ++count.solves;
     problem.respond(x, u_);

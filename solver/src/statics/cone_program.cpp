@@ -104,7 +104,7 @@ struct Cone {
 /// A direction, or a right-hand side, of x (with lambda), y and z.
 struct Triple {
   VectorXd x, y, z;
-  double size() const { return std::max({largest(x), largest(y), largest(z)}); }
+  double size() const { return std::max({largest_entry(x), largest_entry(y), largest_entry(z)}); }
   void add(double factor, const Triple& more) {
     x += factor * more.x;
     y += factor * more.y;
@@ -158,7 +158,7 @@ class SelfDualMethod {
   Step step(const Residuals& r, const Triple& d2, double sigma, const VectorXd& centre,
             double centre_tau);
   double length(const Step& step) const;
-  double unbalance(const VectorXd& x) const { return largest(loads(x) - b_); }
+  double unbalance(const VectorXd& x) const { return largest_entry(loads(x) - b_); }
   bool inside(const VectorXd& x) const;
   void polish();
 
@@ -436,8 +436,8 @@ SelfDualMethod::Residuals SelfDualMethod::residuals() const {
 SelfDualMethod::End SelfDualMethod::judge(const Residuals& r) {
   const double power = -b_.dot(y_) - h_.dot(z_);
   const VectorXd lacks = r.x - tau_ * c_;
-  const double wrong =
-      std::max(kOfSum * lacks.lpNorm<1>(), largest(lacks) * std::max(1.0, power / largest(y_)));
+  const double wrong = std::max(kOfSum * lacks.lpNorm<1>(),
+                                largest_entry(lacks) * std::max(1.0, power / largest_entry(y_)));
   if (kappa_ > tau_ && power > 0.0 && wrong < kCertificate * power) {
     best_y_ = y_;
     best_x_ = x_ / tau_;

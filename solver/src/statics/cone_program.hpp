@@ -21,7 +21,7 @@ namespace quoin::solver {
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// Of its components, without their signs.
-inline double largest(const Eigen::VectorXd& v) {
+inline double largest_entry(const Eigen::VectorXd& v) {
   return v.size() > 0 ? v.lpNorm<Eigen::Infinity>() : 0.0;
 }
 

@@ -159,7 +159,7 @@ void GroupProblem::fill(double factor, double range) {
   program_.load = scaled_loads(factor);
   program_.live.resize(0);
   if (range > 0.0) program_.live = range * scaled_loads(kInfinite);
-  force_ = std::max(largest(program_.load), largest(program_.live));
+  force_ = std::max(largest_entry(program_.load), largest_entry(program_.live));
   program_.contacts.clear();
   if (!(force_ > 0.0)) return;
   program_.load /= force_;
@@ -185,7 +185,7 @@ void GroupProblem::judge_forces(const VectorXd& forces, Equilibrium& result) con
     result.margin = std::min(result.margin, inside);
     result.violation = std::max(result.violation, -inside);
   }
-  result.unbalance = std::max(result.unbalance, largest(left));
+  result.unbalance = std::max(result.unbalance, largest_entry(left));
 }
 
 /// A contact dissipates at most C |v_t| + T (v_n - mu |v_t|), where the cut-off decides, else
@@ -208,7 +208,7 @@ Along GroupProblem::along(const VectorXd& y) const {
 
 /// Velocities by the blocks' sizes.
 void GroupProblem::judge_velocities(const VectorXd& given, Equilibrium& result) const {
-  const double fastest = largest(given);
+  const double fastest = largest_entry(given);
   if (!(fastest > 0.0)) return;
   const VectorXd y = given / fastest;
   const Along contacts = along(y);
@@ -262,7 +262,7 @@ VectorXd GroupProblem::scaled_velocities(const std::vector<Vector6>& velocities)
     velocity.tail<3>() *= problem_.blocks[index(group_.blocks[s])].size;
     result.segment<6>(6 * static_cast<Eigen::Index>(s)) = velocity;
   }
-  const double fastest = largest(result);
+  const double fastest = largest_entry(result);
   return fastest > 0.0 ? VectorXd(result / fastest) : result;
 }
 
@@ -275,7 +275,7 @@ std::vector<VectorXd> GroupProblem::sums(const MechanismPair& pair) const {
   for (const VectorXd& tight : tights) {
     for (double part = kLeastPart; part <= 1.0; part *= 4.0) {
       VectorXd sum = tight + part * other;
-      sum /= std::max(largest(sum), 1e-300);
+      sum /= std::max(largest_entry(sum), 1e-300);
       if (along(sum).short_sum * Equilibrium::kLargestForces > Equilibrium::kBalanced) continue;
       result.push_back(std::move(sum));
       break;
@@ -300,8 +300,8 @@ void GroupProblem::combine(double factor, const MechanismPair& pair, Equilibrium
 void GroupProblem::combine_least(const MechanismPair& pair, Equilibrium& result) {
   fill(0.0, 1.0);
   if (!(force_ > 0.0)) return;
-  const double dead_size = largest(program_.load);
-  const double live_size = largest(program_.live);
+  const double dead_size = largest_entry(program_.load);
+  const double live_size = largest_entry(program_.live);
   const auto least = [&](const VectorXd& y) {
     const double live = program_.live.dot(y);
     if (!(live > 0.0)) return kInfinite;
