@@ -74,6 +74,7 @@ bool can_fail(const Joint& joint) {
 JointStrength strength(const Joint& joint, const Contact& contact, double further_slip) {
   const double share = mean_damage(joint, contact, further_slip);
   const double friction = std::tan(joint.friction_angle);
+  if (share == 0.0) return {friction, joint.cohesion, joint.tension};
   const double residual =
       loses_friction(joint) ? std::tan(joint.residual_friction_angle) : friction;
   const auto mix = [share](double peak, double low) { return peak + share * (low - peak); };
