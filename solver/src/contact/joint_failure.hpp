@@ -13,7 +13,7 @@ namespace quoin::solver {
 /// pair (neighbours in the list; `linear` has the solved forces, one a contact).
 ///   tension   bonded contacts part where the stress exceeds the tension: that of their springs, or
 ///             of a rigid joint linear over the area that is still bonded (joint_section); all of
-///             them where they span no area
+///             them where they span no area; with a corner the inner points of its triangles
 ///   opening   a contact without tension that has opened by more than `opened` (m); one that clings
 ///             with residual cohesion does so no more in this sub-step
 ///   sliding   the contacts that are bonded in shear fail together where their forces' resultant in
