@@ -32,12 +32,30 @@ class UntrustedRuns(FolderTest):
         self.assertEqual([(f["flag"], f["blocks"]) for f in summary["flags"]], [("overlap", ["ground", "plate"])])
         self.assertEqual(self.run_scene(scene([ground, still], {"friction_angle_deg": 30}, end_time=0.2))["flags"], [])
 
+    def test_a_plate_that_jumps_a_fixed_block(self):
+        """In one step of 2 m; and a neighbour beside which another slides."""
+        plate = block("plate", [-1, -1, 0.5], [1, 1, 0.6], "prescribed", motion={"velocity": [0, 0, -2]})
+        ground = block("ground", [-2, -2, -1], [2, 2, 0], "fixed")
+        beside = block("beside", [2, -2, -1], [4, 2, 0], "prescribed", motion={"velocity": [0, 2, 0]})
+        summary = self.run_scene({**scene([ground, plate, beside], {"friction_angle_deg": 30}, end_time=2), "time_step": 1},
+                                 code=1)
+        self.assertEqual([(f["flag"], f["blocks"], f["steps"]) for f in summary["flags"]],
+                         [("overlap", ["ground", "plate"], 1)])
+
     def test_a_bar_turned_into_a_fixed_block(self):
         bar = block("bar", [-1, -0.2, 0.4], [1, 0.2, 0.6], "prescribed",
                     motion={"centre": [0, 0, 0.5], "rotation": {"formula": ["0", "3*t", "0"]}})
         ground = block("ground", [-3, -3, -1], [3, 3, 0], "fixed")
         for end_time, code in ((0.1, 0), (0.2, 1)):
             self.run_scene(scene([ground, bar], {"friction_angle_deg": 30}, end_time=end_time), code=code)
+
+    def test_an_impact_that_leaves_no_energy(self):
+        """What its ledger leaves open is measured by what was lost."""
+        plate = block("plate", [-1, -1, -0.5], [1, 1, 0], "fixed")
+        shot = block("shot", [-0.037, -0.029, 0.2], [0.063, 0.071, 0.3], velocity=[0, 0, -100])
+        summary = self.run_scene({**scene([plate, shot], {"friction_angle_deg": 30}, gravity=[0, 0, 0], end_time=0.008),
+                                  "time_step": 0.002})
+        self.assertEqual(summary["flags"], [])
 
     def test_turns_too_large_for_a_step(self):
         """2.5 rad each, where sub-steps are not allowed (cases/flags_of_motion.json: where they are)."""

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <quoin/geometry/queries.hpp>
+#include <quoin/geometry/time_of_impact.hpp>
 #include <sstream>
 
 #include "scene_file/archive.hpp"
@@ -26,8 +28,9 @@ using solver::StepReport;
 // are then off by half of that.
 constexpr double kMostGrowth = 1e-4;
 
-// Of the smaller one: how deep a motion may drive a block into another without unknowns.
-constexpr double kDrivenOverlap = 1e-3;
+// Of the smaller one: how deep a motion may drive a block into another without unknowns, and how
+// near they are when they meet within a step.
+constexpr double kDrivenOverlap = 1e-3, kMeets = 1e-6;
 
 Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
   const Eigen::AngleAxisd turned(rotation);
@@ -56,6 +59,9 @@ Vector3 arm_at(const State& state, int block, const Vector3& place) {
     turned.col(i) = solver::local_point(state, block, Vector3::Unit(i)) - centroid;
   return turned.inverse() * (place - centroid);
 }
+
+/// By block.
+using DrivenPlaces = std::map<std::size_t, geometry::Placement>;
 
 class Watch {
  public:
@@ -245,11 +251,11 @@ void append_ledger(const SceneFile& file, const RunResult& result,
   const auto change = [&](double solver::EnergyLedger::*term) {
     return std::abs(end.*term - start.*term);
   };
-  const double moved = result.energy_scale + change(&solver::EnergyLedger::potential) +
-                       start.strain + end.strain + start.contact + end.contact +
-                       change(&solver::EnergyLedger::work) +
-                       change(&solver::EnergyLedger::friction_loss) +
-                       change(&solver::EnergyLedger::algorithmic_loss);
+  const double moved =
+      result.energy_scale + change(&solver::EnergyLedger::potential) + start.strain + end.strain +
+      start.contact + end.contact + change(&solver::EnergyLedger::work) +
+      change(&solver::EnergyLedger::friction_loss) + change(&solver::EnergyLedger::impact_loss) +
+      change(&solver::EnergyLedger::algorithmic_loss);
   const double allowed = kMostGrowth * moved + energy_noise(file.scene);
   const auto append = [&](const char* what, double value) {
     if (value <= allowed) return;
@@ -684,9 +690,9 @@ class Runner {
     if (!given.empty()) simulation_.set_velocities(given);
   }
 
-  void note_flags(const StepReport& report) {
+  void note_flags(const StepReport& report, const DrivenPlaces& before) {
     for (const solver::StepFlag& flag : report.flags) note_flag(flag, report.time);
-    if (const solver::StepFlag flag = driven_overlap(); flag.value > flag.limit)
+    if (const solver::StepFlag flag = driven_overlap(before); flag.value > flag.limit)
       note_flag(flag, report.time);
   }
 
@@ -702,14 +708,23 @@ class Runner {
       known->worst = flag;
   }
 
-  /// A block without unknowns where it stands.
-  std::optional<geometry::Placement> driven_place(std::size_t block) const {
-    if (!is_held(static_cast<int>(block))) return {};
-    const BlockState& now = simulation_.state().blocks[block];
-    const geometry::Placement& first = file_.scene.blocks[block].placement;
-    const Vector3 arm = first.translation - start_[block].centroid;
-    return geometry::Placement{.linear = now.rotation.toRotationMatrix() * first.linear,
-                               .translation = now.centroid + now.rotation * arm};
+  /// Blocks without unknowns where they stand; none where nothing drives them.
+  DrivenPlaces driven_places() const {
+    const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
+    const auto is_driven = [](const solver::Block& block) {
+      return block.kind == solver::BlockKind::Prescribed;
+    };
+    DrivenPlaces places;
+    if (std::ranges::none_of(blocks, is_driven)) return places;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (!is_held(static_cast<int>(b))) continue;
+      const BlockState& now = simulation_.state().blocks[b];
+      const geometry::Placement& first = file_.scene.blocks[b].placement;
+      const Vector3 arm = first.translation - start_[b].centroid;
+      places[b] = {.linear = now.rotation.toRotationMatrix() * first.linear,
+                   .translation = now.centroid + now.rotation * arm};
+    }
+    return places;
   }
 
   /// Of two blocks at these places, m.
@@ -725,23 +740,45 @@ class Runner {
     return deepest;
   }
 
+  /// Whether two blocks that stand apart before and after a step meet within it. m.
+  static bool met(const solver::Block& x, const geometry::Placement& x0,
+                  const geometry::Placement& x1, const solver::Block& y,
+                  const geometry::Placement& y0, const geometry::Placement& y1, double near) {
+    const geometry::Motion way_x = motion_between(x0, x1, x0.translation);
+    const geometry::Motion way_y = motion_between(y0, y1, y0.translation);
+    bool meet = false;
+    for (const geometry::Shape& part : x.convex_parts()) {
+      for (const geometry::Shape& other : y.convex_parts()) {
+        if (geometry::nearest_features_within({part, x0}, {other, y0}, near) ||
+            geometry::nearest_features_within({part, x1}, {other, y1}, near))
+          return false;
+        const geometry::Impact impact =
+            time_of_impact({part, x0}, way_x, {other, y0}, way_y, {.length = near});
+        meet = meet || impact.status == geometry::ImpactStatus::Impact;
+      }
+    }
+    return meet;
+  }
+
   /// The deepest overlap into which a motion has driven a block with another one without unknowns:
-  /// they have no contacts. Value 0: there is none.
-  solver::StepFlag driven_overlap() const {
+  /// they have no contacts. Right through it is as deep as the smaller one. Value 0: there is none.
+  solver::StepFlag driven_overlap(const DrivenPlaces& before) const {
     solver::StepFlag worst{
         .kind = solver::FlagKind::Overlap, .limit = kDrivenOverlap, .fails = true};
     const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
-    for (std::size_t p = 0; p < blocks.size(); ++p) {
+    const DrivenPlaces now = driven_places();
+    for (const auto& [p, at_p] : now) {
       if (blocks[p].kind != solver::BlockKind::Prescribed) continue;
-      const std::optional<geometry::Placement> moved = driven_place(p);
-      for (std::size_t q = 0; moved && q < blocks.size(); ++q) {
-        const std::optional<geometry::Placement> other = driven_place(q);
-        if (q == p || !other) continue;
+      for (const auto& [q, at_q] : now) {
         const solver::Block &x = blocks[p], &y = blocks[q];
-        const double now = depth(x, *moved, y, *other);
-        if (!(now > 0.0)) continue;
+        if (q == p || (q < p && y.kind == x.kind)) continue;
         const double size = std::min(x.shape->diameter(), y.shape->diameter());
-        const double share = (now - depth(x, x.placement, y, y.placement)) / size;
+        const double deep = depth(x, at_p, y, at_q);
+        double share = 0.0;
+        if (deep > 0.0)
+          share = (deep - depth(x, x.placement, y, y.placement)) / size;
+        else if (met(x, before.at(p), at_p, y, before.at(q), at_q, kMeets * size))
+          share = 1.0;
         if (!(share > worst.value)) continue;
         worst.value = share;
         worst.block = static_cast<int>(std::min(p, q));
@@ -752,12 +789,13 @@ class Runner {
   }
 
   void step() {
+    const DrivenPlaces before = driven_places();
     const StepReport report = simulation_.advance();
     if (report.status == solver::StepStatus::Stopped) return;  // as if it had not begun
     simulation_report_ = report;
     stepped_ = true;
     add(report, result_.total);
-    note_flags(report);
+    note_flags(report, before);
     ++result_.steps;
     ++result_.stages.back().steps;
     note_stage(report, result_.stages.back());
