@@ -67,8 +67,8 @@ void take_alone(const StepRun& run, Island& island, const std::function<void(Isl
 }
 
 /// The first worker looks at the watch while others work.
-void share_out(const StepRun& run, std::span<Island* const> islands,
-               const std::function<void(Island&)>& task) {
+void take_together(const StepRun& run, std::span<Island* const> islands,
+                   const std::function<void(Island&)>& task) {
   std::atomic<std::size_t> next{0}, left{islands.size()};
   std::atomic<bool> thrown{false};
   StepWatch& watch = run.work.watch;
@@ -103,7 +103,7 @@ void side_by_side(const StepRun& run, std::span<Island* const> islands,
     const bool alone =
         largest >= kLarge && static_cast<double>(largest) > kLargeShare * static_cast<double>(work);
     if (alone) take_alone(run, *sorted.front(), timed);
-    share_out(run, std::span(sorted).subspan(alone ? 1 : 0), timed);
+    take_together(run, std::span(sorted).subspan(alone ? 1 : 0), timed);
   } else {
     for (Island* island : islands) take_alone(run, *island, timed);
   }

@@ -21,14 +21,14 @@ void note_blocks(const CompiledScene& compiled, const State& state, std::span<co
 }
 
 /// The points and contacts of islands that are at rest and not known, from those of the scene.
-void share_out(const State& state, Workspace& work) {
+void give_unknown(const State& state, Workspace& work) {
   work.owners.assign(work.islands.size(), nullptr);
   for (std::size_t i = 0; i < work.islands.size(); ++i) {
     Island& island = *work.islands[i];
     if (island.at_rest && !is_known(work, island)) work.owners[i] = &island;
   }
-  solver::share_out(work, work.found, Sharing::Referred, &Island::found);
-  solver::share_out(work, state.contacts, Sharing::Referred, &Island::history);
+  share_out(work, work.found, Sharing::Referred, &Island::found);
+  share_out(work, state.contacts, Sharing::Referred, &Island::history);
 }
 
 // What islands show where they stand. It is kept while an island does: a step looks at those alone
@@ -41,7 +41,7 @@ void note_islands(const CompiledScene& compiled, const State& state, Workspace& 
   const auto stale = [&](const auto& island) {
     return island->at_rest && !is_known(work, *island);
   };
-  if (std::ranges::any_of(work.islands, stale)) share_out(state, work);
+  if (std::ranges::any_of(work.islands, stale)) give_unknown(state, work);
   for (const auto& island : work.islands) {
     if (island->at_rest ? is_known(work, *island) : island->searched != work.search_epoch) continue;
     island->known = work.search_epoch;
