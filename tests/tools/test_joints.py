@@ -90,20 +90,6 @@ class Joints(FolderTest):
                 self.run_scene({"materials": {"stone": {"density": 1000}}, "joint": joint, "blocks": blocks, "loads": loads,
                                 "gravity": [0, 0, 0], "stages": [{"analysis": "static"}]}, code=code)
 
-    def test_rigid_bonds_share_a_load_by_area(self):
-        """A slab on piers of widths 0.1, 0.7 and 0.2 m bears what it does on one; bent, nearly."""
-        slab = block("slab", [0, 0, 0], [1, 1, 0.5])
-        piers = [block(f"pier{a}", [a, 0, -1], [b, 1, 0], "fixed") for a, b in ((0, 0.1), (0.1, 0.8), (0.8, 1))]
-        for joint, z, force, couple, least in (({"tension": 1e5, "cohesion": 1e7}, 0.5, [0, 0, 5e4], 0, 0.99),
-                                               ({"tension": 1e9, "cohesion": 1e5}, 0, [5e4, 0, 0], 0, 0.99),
-                                               ({"tension": 1e5, "cohesion": 1e7}, 0.5, [0, 0, 0], 1e5 / 6, 0.95)):
-            for share, code in ((least, 0), (1.01, 1)):
-                self.run_scene({"materials": {"stone": {"density": 1000}}, "joint": {"friction_angle_deg": 0, **joint},
-                                "blocks": [*piers, slab], "gravity": [0, 0, 0], "stages": [{"analysis": "static"}],
-                                "loads": [{"type": "point", "block": "slab", "point": [0.5 + side, 0.5, z], "force":
-                                           [share * f + g for f, g in zip(force, (0, 0, share * side * couple / 0.32))]}
-                                          for side in (0.4, -0.4)]}, code=code)
-
     def test_motion_relative_to_the_ground_and_spin(self):
         motion = {"velocity": {"formula": ["t", "0", "0"]}}
         scene = cube_on_floor([{"analysis": "dynamic", "duration": 0.5}])

@@ -64,10 +64,10 @@ std::vector<Eigen::Vector2d> core(const JointPolygon& polygon);
 /// `contact`: any of the joint's.
 JointPolygon joint_polygon(const JointBlocks& blocks, const BodyContact& contact);
 
-/// Whether what a point of its area bears goes by the motion there. (Brittle cohesion of a rigid
+/// Whether what a point of its area bears goes by the motion there. (Brittle strength of a rigid
 /// joint is judged by the forces on all of it.)
 inline bool acts_by_area(const Joint& joint) {
-  return joint.normal_stiffness > 0.0 || joint.tension > 0.0 || joint.residual_cohesion > 0.0 ||
+  return joint.normal_stiffness > 0.0 || joint.residual_cohesion > 0.0 ||
          (joint.cohesion > 0.0 && joint.softening_slip > 0.0);
 }
 

@@ -395,27 +395,6 @@ double contact_spring(const CompiledScene& compiled, const StepOptions& options)
   return penalty > 0.0 ? penalty : kSpringOfWeight * weight / compiled.smallest_size;
 }
 
-/// Forces of redundant contacts come out in proportion to their augmentation: that of an island's
-/// rigid bonds is by area, with the sum that it has by compliance.
-void share_by_area(std::span<const BodyContact> contacts, std::span<LinearContact> linear) {
-  const auto shares = [&](std::size_t i) {
-    return linear[i].bonded && !(linear[i].normal_spring > 0.0) &&
-           contacts[i].state.point.area > 0.0;
-  };
-  double area = 0.0, normal = 0.0, shear = 0.0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!shares(i)) continue;
-    area += contacts[i].state.point.area;
-    normal += linear[i].normal_stiffness;
-    shear += linear[i].shear_stiffness;
-  }
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!shares(i)) continue;
-    linear[i].normal_stiffness = normal * contacts[i].state.point.area / area;
-    linear[i].shear_stiffness = shear * contacts[i].state.point.area / area;
-  }
-}
-
 void set_laws(const SubStep& step, std::span<BodyContact> contacts,
               std::vector<LinearContact>& linear) {
   const double spring = contact_spring(step.compiled, step.options);
@@ -487,7 +466,6 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
     c.left_out = c.offset - motion;
     if (c.compliant && midpoint) apply_discrete_gradient(end_gap(contact, poses, c), c);
   }
-  share_by_area(contacts, linear);
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     LinearContact& c = linear[contacts.size() + h];
     linearise_held(step, poses, step.compiled.held[index(step.island.held[h])], c);
