@@ -51,6 +51,18 @@ class StaticStages(FolderTest):
         for side in ("stands", "falls"):
             self.assertAlmostEqual(report[side]["value"] / 15789.47366, 1, delta=2e-6)
 
+    def test_glued_bricks_that_fall_are_not_at_rest(self):
+        """Two courses under a roof, loads at 40 degrees, with 0.6 of the strength they need. Corners of one joint brace
+        each other with 1e6 times their weight."""
+        pose = {"rotation": {"axis": [0, -1, 0], "angle_deg": 160}, "translation": [800.9, 500.3, -499.6]}
+        bricks = [block(f"b{r}{i}", [0.4 * i + 0.2 * r, 0, 0.2 * r], [0.4 * i + 0.2 * r + 0.4, 0.2, 0.2 * r + 0.2], pose=pose)
+                  for r in range(2) for i in range(4)]
+        scene = {"materials": {"stone": {"density": 2000}}, "gravity": [-3.355217606024812, 0.0, 9.218384609909762],
+                 "joint": {"friction_angle_deg": 30, "tension": 0.6 * 7848, "cohesion": 1.2 * 7848},
+                 "blocks": [*bricks, block("roof", [-2, -1, 0.4], [4, 1, 0.9], "fixed", pose=pose)],
+                 "stages": [{"analysis": "static", "on_mechanism": "continue", "unbalance": 1e-3, "steps": 40}]}
+        self.assertNotEqual(self.run_scene(scene, code=None)["stages"][0]["verdict"], "rest")
+
     def test_mechanism(self):
         seen = []
         for time_step in (1e-4, 1.0):

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/index.hpp"
@@ -175,6 +176,10 @@ Vector12 inertia_force(const BlockModel& model, const Vector12& increment, doubl
   return force;
 }
 
+Vector6 strain_at_end(const SubStep& step, const StepPoses& poses, int block) {
+  return step.state[index(block)].strain + poses.increment[index(block)].tail<6>();
+}
+
 }  // namespace
 
 void account(const SubStep& step, const StepPoses& poses, std::span<const BodyContact> contacts,
@@ -198,7 +203,7 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
 double unbalance(const SubStep& step, const StepPoses& poses,
                  std::span<const LinearContact> linear) {
   const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
-  double largest = 0.0, unbalanced = 0.0;
+  double largest = 0.0, unbalanced = 0.0, sources = 0.0;
   for (const int block : step.island.slots.block_of_slot) {
     const BlockModel& model = step.compiled.models[index(block)];
     const Vector12 inertial = inertia_force(model, poses.increment[index(block)], step.length);
@@ -209,15 +214,25 @@ double unbalance(const SubStep& step, const StepPoses& poses,
       const Vector12 stopping = 0.5 * inertia_force(model, coasting, step.length);
       unbalanced = std::max(unbalanced, force_size(stopping, model.size));
     }
-    Vector12 prestress = Vector12::Zero();
+    Vector12 prestress = Vector12::Zero(), elastic = Vector12::Zero();
     prestress.tail<6>() = model.volume * model.initial_stress;
-    largest = std::max({largest, model.mass * gravity.norm(), force_size(prestress, model.size)});
+    elastic.tail<6>() = model.volume * (model.elasticity * strain_at_end(step, poses, block));
+    const double weight = model.mass * gravity.norm(), stress = force_size(prestress, model.size);
+    largest = std::max({largest, weight, stress});
+    sources += weight + stress + force_size(elastic, model.size);
   }
   for (const int l : step.island.loads) {
     const PointForce& load = step.compiled.loads[index(l)];
-    largest = std::max(largest, load.at(poses.start[index(load.block)], step.load_time()).norm());
+    const double size = load.at(poses.start[index(load.block)], step.load_time()).norm();
+    largest = std::max(largest, size);
+    sources += size;
   }
-  for (const LinearContact& c : linear) largest = std::max(largest, c.force.norm());
+  for (const LinearContact& c : linear)
+    if (c.compliant || c.law == ContactLaw::Bilateral) sources += c.force.norm();
+  // Rigid contacts that are redundant can brace each other with any forces.
+  if (!(sources > 0.0)) sources = std::numeric_limits<double>::infinity();
+  for (const LinearContact& c : linear)
+    largest = std::max(largest, std::min(c.force.norm(), sources));
   if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
   return largest > 0.0 ? unbalanced / largest : 0.0;
 }
