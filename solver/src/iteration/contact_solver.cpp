@@ -177,7 +177,10 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
   const std::vector<LinearContact> before(contacts.begin(), contacts.end());
   const BlockVector guess = increment;
   if (!unknown && !inexact_) {
-    if (open_close(tuning.redundant ? kRedundantPatience : kInsidePatience)) return result;
+    if (open_close(tuning.redundant && !slow_ ? kRedundantPatience : kInsidePatience)) {
+      slow_ = false;
+      return result;
+    }
     std::ranges::copy(before, contacts.begin());
     increment = guess;
   }
@@ -193,8 +196,9 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
   const bool exact = !(inside.residual <= kGoodInside);
   const std::vector<LinearContact> found(contacts.begin(), contacts.end());
   const BlockVector moved = increment;
-  const int last = tuning.redundant ? kMostOpenClose : kInsidePatience;
+  const int last = tuning.redundant && !slow_ ? kMostOpenClose : kInsidePatience;
   inexact_ = !open_close(exact ? most : last) && !exact;
+  slow_ = inexact_;
   if (!inexact_) return result;
   std::ranges::copy(found, contacts.begin());
   increment = moved;
@@ -251,7 +255,8 @@ void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
   open_close_.begin();
   can_check_ = stays_hard_ = inexact_ = false;
-  stage_ = static_cast<Stage>(crowd);
+  slow_ = crowd == kSlow;
+  stage_ = slow_ ? Stage::OpenClose : static_cast<Stage>(crowd);
   loose_ = loose_ || stage_ == Stage::Checked;
   if (gave_up_) stage_ = Stage::Crowd;
   if (stage_ == Stage::OpenClose && checked_ == Try::Now) stage_ = Stage::Checked;
@@ -298,7 +303,7 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
 }
 
 int ContactSolver::crowd() const {
-  if (!automatic_) return 0;
+  if (!automatic_) return slow_ ? kSlow : 0;
   if (stage_ == Stage::Crowd) return static_cast<int>(Stage::Crowd);
   if (stage_ == Stage::Checked) return static_cast<int>(loose_ ? Stage::Checked : Stage::Crowd);
   return 0;
