@@ -60,7 +60,7 @@ Vector3 arm_at(const State& state, int block, const Vector3& place) {
   return turned.inverse() * (place - centroid);
 }
 
-/// By block.
+/// Where blocks without unknowns stand, by block.
 using DrivenPlaces = std::map<std::size_t, geometry::Placement>;
 
 class Watch {
@@ -708,7 +708,7 @@ class Runner {
       known->worst = flag;
   }
 
-  /// Blocks without unknowns where they stand; none where nothing drives them.
+  /// None where no block is driven.
   DrivenPlaces driven_places() const {
     const std::vector<solver::Block>& blocks = simulation_.scene().blocks;
     const auto is_driven = [](const solver::Block& block) {
@@ -740,7 +740,7 @@ class Runner {
     return deepest;
   }
 
-  /// Whether two blocks that stand apart before and after a step meet within it. m.
+  /// Whether two blocks that stand apart before and after a step come as `near` (m) within it.
   static bool met(const solver::Block& x, const geometry::Placement& x0,
                   const geometry::Placement& x1, const solver::Block& y,
                   const geometry::Placement& y0, const geometry::Placement& y1, double near) {
