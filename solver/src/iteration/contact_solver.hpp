@@ -125,7 +125,7 @@ class ContactSolver {
   bool yielding_ = false;
   int failures_ = 0;      ///< attempts that were not solved, in a row; of few_held() in the step
   bool inexact_ = false;  ///< the last problem of the attempt was left to the interior point method
-  bool slow_ = false;     ///< so was that of the last sub-step: few iterations before it
+  bool slow_ = false;     ///< far from rest: those that follow are, too
   bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step
   int iterations_left_ = 0;
 };

@@ -12,11 +12,9 @@ namespace {
 constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
 constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
 constexpr double kInteriorLengths = 0.99;
-// The residual that is wanted: in so many iterations, and after them.
-constexpr double kNearEnd = 1e-6, kLater = 1e-5;
-constexpr int kSoon = 20;
+constexpr double kWanted = 1e-8;  // residual: with 1e-7 walls that rest are pushed on
 constexpr double kUseful = 1e-2;  // a larger one is of no use
-constexpr int kMostInteriorSteps = 50;
+constexpr int kMostInteriorSteps = 40;
 // x·y keeps this share of what is left of the linear equation times x: without it the slip follows
 // in shorter and shorter steps where it is as large as the other motions.
 constexpr double kInfeasible = 0.01;
@@ -186,7 +184,7 @@ IterationCount InteriorPoint::iterate(int most) {
       count.residual = residual.real;
       best_ = x_;
     }
-    count.converged = count.residual <= (count.iterations < kSoon ? kNearEnd : kLater);
+    count.converged = count.residual <= kWanted;
     if (count.converged || count.iterations >= most) break;
     follows = follows || residual.frozen <= kFollows;
     for (std::size_t i = 0; follows && i < x_.size(); ++i) slip_[i] = u_[i].tail<2>().norm();

@@ -269,7 +269,8 @@ double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> c
 bool agrees(int pass, const OpenCloseOptions& tuning, double before, double change) {
   const double next = pass > 0 ? change * (change / before) : change;
   if (tuning.moves && next <= tuning.gap_rounding) return true;
-  return change <= (pass < kStrictLinearisations ? tuning.gap_rounding : tuning.gap_tolerance);
+  const bool strict = pass < kStrictLinearisations && !tuning.redundant;
+  return change <= (strict ? tuning.gap_rounding : tuning.gap_tolerance);
 }
 
 /// Linearisations that go to and fro between some never agree.
