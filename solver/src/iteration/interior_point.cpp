@@ -9,15 +9,11 @@ namespace quoin::solver {
 namespace {
 
 // Chosen on walls of 105 to 1040 bricks that deform, from nothing.
-constexpr double kFollows = 1e-3;    // the residual from which s follows the iterates
-constexpr double kFirstSteps = 0.9;  // of the way to the cones, in the first two iterations, and
-constexpr double kInteriorLengths = 0.99;
-constexpr double kWanted = 1e-8;  // residual: with 1e-7 walls that rest are pushed on
-constexpr double kUseful = 1e-2;  // a larger one is of no use
+constexpr double kFollows = 1e-3;          // the residual from which s follows the iterates
+constexpr double kInteriorLengths = 0.99;  // of the way to the cones
+constexpr double kWanted = 1e-8;           // residual: with 1e-7 walls that rest are pushed on
+constexpr double kUseful = 1e-2;           // a larger one is of no use
 constexpr int kMostInteriorSteps = 40;
-// x·y keeps this share of what is left of the linear equation times x: without it the slip follows
-// in shorter and shorter steps where it is as large as the other motions.
-constexpr double kInfeasible = 0.01;
 constexpr double kShort = 0.2, kCentre = 0.8;  // a step so short is one towards the centre instead
 constexpr double kLong = 0.5;  // after a step that was, the change of the slip is in the next one
 constexpr double kHeld = 1e8;  // what a held point opposes, by what its blocks do
@@ -94,14 +90,6 @@ double InteriorPoint::duality(double step) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < x_.size(); ++i)
     sum += (x_[i] + step * dx_[i]).dot(y_[i] + step * dy_[i]);
-  return sum / static_cast<double>(x_.size());
-}
-
-/// Mean of |x| |y - u - s n|.
-double InteriorPoint::infeasibility() const {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < x_.size(); ++i)
-    if (!held(i)) sum += x_[i].norm() * (pressed(i) - y_[i]).norm();
   return sum / static_cast<double>(x_.size());
 }
 
@@ -200,12 +188,9 @@ IterationCount InteriorPoint::iterate(int most) {
     const double mean = duality(0.0);
     const double affine = direction(Part::Predictor, 0.0);
     const double left = std::clamp(duality(affine) / mean, 0.0, 1.0);
-    const double mean_aimed_at =
-        std::max(left * left * left * mean, std::min(mean, kInfeasible * infeasibility()));
-    double way = direction(Part::Corrector, mean_aimed_at);
+    double way = direction(Part::Corrector, left * left * left * mean);
     if (way < kShort) way = direction(Part::Centre, kCentre * mean);
-    const double step =
-        std::min(1.0, (count.iterations <= 2 ? kFirstSteps : kInteriorLengths) * way);
+    const double step = std::min(1.0, kInteriorLengths * way);
     last = step;
     if (!(step > kShortest)) break;
     for (std::size_t i = 0; i < x_.size(); ++i) {

@@ -46,7 +46,6 @@ class InteriorPoint {
   IterationCount iterate(int most);
   Residuals residuals() const;
   double duality(double step) const;
-  double infeasibility() const;
   void set_scalings();
   double direction(Part part, double mean);
   Vector3 pressed(std::size_t contact) const;
