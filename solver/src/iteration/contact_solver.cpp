@@ -176,11 +176,11 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
   };
   const bool unknown = std::ranges::all_of(
       contacts, [](const LinearContact& c) { return c.multiplier.isZero(0.0); });
-  const std::vector<LinearContact> before(contacts.begin(), contacts.end());
   const BlockVector guess = increment;
   const bool first = tuning.predicted;
   inexact_ = false;
   if (!unknown && !slow_) {
+    const std::vector<LinearContact> before(contacts.begin(), contacts.end());
     if (open_close(kInsidePatience)) return result;
     std::ranges::copy(before, contacts.begin());
     increment = guess;

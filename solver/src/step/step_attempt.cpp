@@ -265,7 +265,8 @@ double unforeseen_overlap(const StepPoses& poses, std::span<const BodyContact> c
 
 /// Whether what the last linearisation came to is as good for the next one. Changes go down
 /// at least as the last two have: where a crowd moves it is enough that the next one would change
-/// nothing. `before`: what the one before the last has changed, m.
+/// nothing. Of many blocks that deform, at rest, motions are good to the tolerance alone, as their
+/// forces are. `before`: what the one before the last has changed, m.
 bool agrees(int pass, const OpenCloseOptions& tuning, double before, double change) {
   const double next = pass > 0 ? change * (change / before) : change;
   if (tuning.moves && next <= tuning.gap_rounding) return true;
