@@ -11,18 +11,14 @@ namespace quoin::solver {
 namespace {
 
 // Open-close iterations on one problem before it counts as unsolved. All rows of validate are
-// solved in 80, all but 6 of the 176 000 problems of `quoin stability --quick` in 400, and five of
-// these not at all. With 150 seven deformable walls there go over to yielding contacts, and gain
-// energy, that the open-close iteration solves, and so does a rigid one shaken in its plane.
-constexpr int kMostOpenClose = 400;
-// Likewise of rigid blocks: what ends there, in `quoin stability --quick` and in walls, takes 200.
-constexpr int kRigidPatience = 250;
+// solved in 80, what ends in `quoin stability --quick` and in walls takes 200. With 150 seven
+// deformable walls go over to yielding contacts, and gain energy, that the open-close iteration
+// solves, and so does a rigid one shaken in its plane.
+constexpr int kMostOpenClose = 250;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
 // in half steps.
 constexpr int kFailures = 2;
-// In a step of few blocks of which any joint holds some: their exact solution costs little.
-constexpr int kFailuresOfFew = 4;
 // Of contacts whose forces the interior point method has found: ten times what the blocks oppose;
 // and of many blocks that deform.
 constexpr double kInsideSoftness = 1e-4, kRedundantSoftness = 0.1;
@@ -119,7 +115,6 @@ OpenCloseResult ContactSolver::solve(const StepOptions& options, const BlockEqua
                                      std::span<LinearContact> contacts, OpenCloseOptions tuning,
                                      BlockVector& increment) {
   tuning.max_iterations = iterations_left_;
-  tuning.fine = fine_ == Try::Now;
   const OpenCloseResult solved = iterate(options, blocks, contacts, tuning, increment);
   iterations_left_ -= solved.iterations;
   return solved;
@@ -130,8 +125,7 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
                                        BlockVector& increment) {
   automatic_ = options.contact_iteration == ContactIteration::Automatic &&
                options.analysis == Analysis::Dynamic;
-  coulomb_ = std::ranges::all_of(contacts, ConeProblem::follows_coulomb);
-  suits_ = coulomb_ || ConeProblem::suits(contacts);
+  suits_ = ConeProblem::suits(contacts);
   yielding_ = asks_to_yield(options, blocks, contacts) && suits_;
   if (tuning.free != nullptr && contacts.empty()) {
     OpenCloseResult coasted{{}, true};
@@ -222,21 +216,12 @@ bool ContactSolver::asks_to_yield(const StepOptions& options, const BlockEquatio
   return stage_ != Stage::OpenClose;
 }
 
-/// Whether these are few blocks, and joints hold some.
-bool ContactSolver::few_held() const { return !coulomb_ && slots_->count() < kMany; }
+/// Whether the checked stage may have a sub-step that the open-close iteration has not solved.
+bool ContactSolver::can_check() const { return suits_ && !stays_hard_ && checked_ == Try::None; }
 
 /// Iterations of the open-close iteration on this problem, at most.
-int ContactSolver::patience(std::span<const LinearContact> contacts) {
-  if (stays_hard_) {
-    can_check_ = loose_ = false;
-    return kMostOpenClose;
-  }
-  if (!suits_ || few_held()) return kMostOpenClose;  // no other iteration has it, or not yet
-  const int most = slots_->rigid() ? kRigidPatience : kMostOpenClose;
-  if (checked_ != Try::None) return most;
-  can_check_ = true;
-  loose_ = is_loose(contacts);
-  return loose_ ? kMostOpenCloseLoose : most;
+int ContactSolver::patience(std::span<const LinearContact> contacts) const {
+  return can_check() && is_loose(contacts) ? kMostOpenCloseLoose : kMostOpenClose;
 }
 
 void ContactSolver::choose(const StepOptions& options) {
@@ -246,44 +231,31 @@ void ContactSolver::choose(const StepOptions& options) {
 void ContactSolver::begin() {
   failures_ = 0;
   gave_up_ = false;
+  step_began_.reset();
   move_on();
 }
 
 void ContactSolver::move_on() {
-  checked_ = fine_ = Try::None;
-  loose_ = cannot_yield_ = false;
+  checked_ = Try::None;
+  cannot_yield_ = false;
 }
 
 void ContactSolver::start(int crowd) {
   moving_contacts_.begin();
   open_close_.begin();
-  can_check_ = stays_hard_ = inexact_ = false;
+  stays_hard_ = inexact_ = false;
   slow_ = crowd == kSlow;
   stage_ = slow_ ? Stage::OpenClose : static_cast<Stage>(crowd);
-  loose_ = loose_ || stage_ == Stage::Checked;
+  if (!step_began_) step_began_ = stage_;
+  if (stage_ == Stage::Again) stage_ = Stage::OpenClose;
   if (gave_up_) stage_ = Stage::Crowd;
   if (stage_ == Stage::OpenClose && checked_ == Try::Now) stage_ = Stage::Checked;
-  if (stage_ == Stage::Checked && checked_ == Try::Failed) stage_ = Stage::OpenClose;
-}
-
-/// Whatever gaps are left. Where friction hardly slides, energy is gained by forces as good as a
-/// crowd's are wanted: a deformable wall near its limit load gained 3e-4 of what it swung by.
-Fate ContactSolver::judge_crowd(const AttemptOutcome& outcome, bool gained) {
-  if (fine_ == Try::Now && !outcome.solved) {
-    fine_ = Try::Failed;
-    return outcome.can_cut ? Fate::Halved : Fate::Again;
-  }
-  if (!outcome.solved || !yielding_ || !gained) return Fate::End;
-  if (fine_ == Try::None) {
-    fine_ = Try::Now;
-    return Fate::Again;
-  }
-  return outcome.can_cut ? Fate::Halved : Fate::End;
 }
 
 Fate ContactSolver::judge(const AttemptOutcome& outcome) {
   if (!automatic_) return Fate::End;
   const bool gained = outcome.gains > outcome.allowed;
+  const Fate last = outcome.solved && outcome.can_cut ? Fate::Halved : Fate::End;
   switch (stage_) {
     case Stage::Checked: {
       if (outcome.solved && (!yielding_ || (outcome.closed && !gained))) return Fate::End;
@@ -292,42 +264,34 @@ Fate ContactSolver::judge(const AttemptOutcome& outcome) {
       return Fate::Again;
     }
     case Stage::Crowd:
-      return judge_crowd(outcome, gained);
-    case Stage::OpenClose: {
+      return yielding_ && gained ? last : Fate::End;
+    default: {
       const bool pushed = gained && outcome.contact_work > outcome.allowed;
       if (outcome.solved && !pushed) return Fate::End;
-      if (checked_ == Try::Failed || !can_check_)
-        return outcome.solved && outcome.can_cut ? Fate::Halved : Fate::End;
+      if (!can_check()) return last;
       checked_ = Try::Now;
       return Fate::Again;
     }
   }
-  return Fate::End;
 }
 
+/// A crowd is one for good once the open-close iteration has failed in two steps in a row. A slope
+/// whose toe goes has one such step.
 int ContactSolver::crowd() const {
   if (!automatic_) return slow_ ? kSlow : 0;
-  if (stage_ == Stage::Crowd) return static_cast<int>(Stage::Crowd);
-  if (stage_ == Stage::Checked) return static_cast<int>(loose_ ? Stage::Checked : Stage::Crowd);
-  return 0;
+  if (stage_ == Stage::OpenClose) return 0;
+  return static_cast<int>(step_began_ == Stage::OpenClose ? Stage::Again : Stage::Crowd);
 }
 
 double ContactSolver::note(bool solved, bool can_cut) {
-  if (gave_up_) return 0.5;  // for what is left of the step
-  if (automatic_ && stays_hard_) {
-    if (solved || can_cut || !suits_) return 0.5;
-    gave_up_ = true;
-    return std::numeric_limits<double>::infinity();
+  if (!automatic_ || gave_up_) return 0.5;
+  if (stays_hard_) {
+    gave_up_ = !solved && !can_cut && suits_;
+    return gave_up_ ? std::numeric_limits<double>::infinity() : 0.5;
   }
-  const bool few = few_held();
-  if (solved) {
-    if (!few) failures_ = 0;
-    return 0.5;
-  }
-  ++failures_;
-  gave_up_ = failures_ >= (few ? kFailuresOfFew : kFailures) && !yielding_;
+  failures_ = solved ? 0 : failures_ + 1;
+  gave_up_ = failures_ >= kFailures && suits_ && !yielding_;
   if (!gave_up_) return 0.5;
-  if (few) return std::numeric_limits<double>::infinity();
   return cannot_yield_ ? 1.0 : 2.0;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 /// Contact forces of a linearised step by the iteration that the options name.
 
+#include <optional>
+
 #include "iteration/moving_contacts.hpp"
 #include "iteration/open_close.hpp"
 
@@ -19,8 +21,8 @@ struct AttemptOutcome {
 enum class Fate {
   End,    ///< it is taken, or has failed
   Again,  ///< another iteration is to try it as it is: it was not solved, or contacts that yield
-          ///< left gaps or gained energy; or the same one is, to finer forces
-  Halved  ///< as Again, but neither is left
+          ///< left gaps or gained energy
+  Halved  ///< as Again, but none is left
 };
 
 /// Keeps the memory of both iterations, and what an attempt at a sub-step has spent.
@@ -64,7 +66,7 @@ class ContactSolver {
   LinearSolver& linear_solver() { return open_close_.linear_solver(); }
 
   /// For start() of the next sub-step, now that this one is solved; where islands meet the largest
-  /// counts. 0: solved by the open-close iteration.
+  /// counts. 0: solved by the open-close iteration, as the one before.
   int crowd() const;
 
   /// The proximal Newton method is at work.
@@ -85,13 +87,13 @@ class ContactSolver {
                      std::span<const LinearContact> contacts);
 
   /// Of Automatic: who has the attempt.
-  static constexpr int kSlow = 3;  ///< crowd() where slow_; others are stages
+  static constexpr int kSlow = 4;  ///< crowd() where slow_; others are stages
   enum class Stage {
     OpenClose,
-    Checked,  ///< the proximal Newton method, as long as no gaps are left and no energy is gained
-    Crowd     ///< the same, whatever gaps are left
+    Again,   ///< the same, after a step that it has not solved
+    Crowd,   ///< the proximal Newton method, whatever gaps are left
+    Checked  ///< the same, as long as no gaps are left and no energy is gained
   };
-  /// What a sub-step is tried again with: the checked stage, or finer forces of a crowd.
   enum class Try : std::uint8_t { None, Now, Failed };
   bool is_loose(std::span<const LinearContact> contacts) const;
   /// What a block bears: a much heavier one, and the way in which that pushes it.
@@ -102,28 +104,24 @@ class ContactSolver {
   };
   bool is_uneven(const BlockEquations& blocks, std::span<const LinearContact> contacts);
   bool is_steep(std::span<const LinearContact> contacts) const;
-  bool few_held() const;
-  Fate judge_crowd(const AttemptOutcome& outcome, bool gained);
-  int patience(std::span<const LinearContact> contacts);
+  bool can_check() const;
+  int patience(std::span<const LinearContact> contacts) const;
 
   const Slots* slots_;
   StepWatch* watch_;
   Threads threads_;
   OpenClose open_close_;
   MovingContacts moving_contacts_;
-  Stage stage_ = Stage::OpenClose;
-  Try checked_ = Try::None;
-  Try fine_ = Try::None;       ///< a crowd gained energy: forces to the force tolerance itself
-  bool loose_ = false;         ///< the island of this sub-step
-  bool stays_hard_ = false;    ///< in this attempt contacts that yield would make energy
-  bool suits_ = true;          ///< the proximal Newton method could have the problem
-  bool coulomb_ = true;        ///< which has friction alone, no cohesion and no bonds
-  std::vector<Load> loads_;    ///< memory of is_uneven(), by slot
-  bool can_check_ = false;     ///< the checked stage may have this attempt
-  bool cannot_yield_ = false;  ///< the checked stage has not solved it
+  Stage stage_ = Stage::OpenClose;   ///< of the attempt: never Again
+  std::optional<Stage> step_began_;  ///< with
+  Try checked_ = Try::None;          ///< the checked stage, by this sub-step
+  bool stays_hard_ = false;          ///< in this attempt contacts that yield would make energy
+  bool suits_ = true;                ///< the proximal Newton method could have the problem
+  std::vector<Load> loads_;          ///< memory of is_uneven(), by slot
+  bool cannot_yield_ = false;        ///< the checked stage has not solved it
   bool automatic_ = false;
   bool yielding_ = false;
-  int failures_ = 0;      ///< attempts that were not solved, in a row; of few_held() in the step
+  int failures_ = 0;      ///< attempts that were not solved, in a row
   bool inexact_ = false;  ///< the last problem of the attempt was left to the interior point method
   bool slow_ = false;     ///< far from rest: those that follow are, too
   bool gave_up_ = false;  ///< the open-close iteration, for what is left of the step

@@ -541,15 +541,14 @@ OpenCloseResult MovingContacts::solve(const BlockSystem& base, const BlockVector
   problem_.set(base, force, contacts, increment, options.mended_apart);
   start(contacts, first);
   iterations_left_ = options.max_iterations;
-  const double crowd = crowd_tolerance(options.force_tolerance);
-  forces_ = options.fine ? options.force_tolerance : crowd;
+  forces_ = crowd_tolerance(options.force_tolerance);
   IterationCount count = iterate(options.rough ? std::max(forces_, kRoughForces) : forces_);
   if (!positions && count.converged) add(harden(), count);
   record(contacts);
   if (positions) yielded_ = softness_ > 0.0;
   OpenCloseResult result;
   if (count.converged && positions && !options.rough) {
-    gap_ = kGap * crowd * *std::ranges::min_element(slots_->length);
+    gap_ = kGap * forces_ * *std::ranges::min_element(slots_->length);
     IterationCount mended = mend(contacts);
     result.closed = mended.converged;
     mended.converged = true;  // what is left of the gaps is the next step's

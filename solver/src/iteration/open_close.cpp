@@ -99,9 +99,9 @@ constexpr double kLastPush = 10.0;     // of the force tolerance: an update that
 constexpr double kStalled = 0.9;       // of the last gap is left: then
 constexpr double kStalledPush = 1e6;   // of the force tolerance, and
 constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
-// Likewise of redundant contacts, and of a first guess that was far out: with it alone a wall near
-// its limit load gained energy in the motion that followed.
-constexpr double kSharedPush = 1e-4, kFarPush = 1e-3;
+// Likewise of redundant contacts: with 1e-3 a wall near its limit load gained energy in the motion
+// that followed.
+constexpr double kSharedPush = 1e-4;
 constexpr double kSlow = 0.5;  // of the last gap is left: augmentation is raised, by
 constexpr double kRaise = 10.0;
 constexpr double kRaiseGap = 0.1;       // where more than this share of the largest gap is left,
@@ -398,9 +398,8 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
     const double allowed = stalled ? kStalledPush : kLastPush;
     if (push_of_update(contacts) <= allowed * options.force_tolerance) return true;
   }
-  const double shared = progress.far ? kFarPush : kSharedPush;
   if (options.redundant && (progress.slow || left > kSlow) &&
-      gap <= kStalledGap * options.gap_tolerance && push_of_update(contacts) <= shared)
+      gap <= kStalledGap * options.gap_tolerance && push_of_update(contacts) <= kSharedPush)
     return true;
   follow_gap(contacts, options, {gap, left}, progress);
   return false;
@@ -492,7 +491,7 @@ OpenCloseResult OpenClose::solve(const BlockSystem& base, const BlockVector& for
   SolveCount count;
   const bool far = result.residual > kFarResidual;
   if (far) step_assumed(options.softness, count);
-  Progress progress{.softness = options.softness, .far = far, .assumes = far && slots_->rigid()};
+  Progress progress{.softness = options.softness, .assumes = far && slots_->rigid()};
   result.converged = converge(contacts, options, progress, count);
   result.softness = progress.softness;
   result.infeasible = progress.infeasible;

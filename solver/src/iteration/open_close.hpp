@@ -47,8 +47,6 @@ struct OpenCloseOptions {
   /// Of the proximal Newton method: another linearisation will follow. Forces to a thousandth do,
   /// and gaps are left.
   bool rough = false;
-  /// Of the proximal Newton method: forces are wanted to force_tolerance, not to 1e4 times it.
-  bool fine = false;
   int max_iterations = 200;
   bool raise = false;      ///< augmentation where the gap falls slowly
   bool predicted = false;  ///< the first guess is no solution yet: blocks may stand instead
@@ -132,7 +130,6 @@ class OpenClose {
   /// How the iteration on the multipliers stands.
   struct Progress {
     double softness = 1.0;  ///< of all contacts: share of their stiffness
-    bool far = false;       ///< the first guess is
     int updates = 0;        ///< of the multipliers
     int raises = 0;         ///< of the augmentation
     /// Nothing is solved yet, the first guess says nothing of modes, and blocks are rigid: where

@@ -205,8 +205,7 @@ constexpr double kAgreement = 1e-9;  // of two linearisations, and, from the fif
 constexpr int kQuickLinearisations = 4;
 constexpr double kLooseAgreement = 1e-4;  // contacts that go to and fro are left, but for
 constexpr int kMostLinearisations = 12;   // so many passes where the blocks end with overlaps of
-constexpr double kUnforeseen = 0.3;  // times the crowd's tolerance beyond what the last one says,
-constexpr double kFalls = 0.8;       // and all where changes still fall to this share of the last
+constexpr double kUnforeseen = 0.3;  // times the crowd's tolerance beyond what the last one says
 // Gaps that are mended apart keep linearisations from agreeing: of the smallest block.
 constexpr double kMended = 1e-5;
 // Of how far supports move against each other: overlaps that tell that hit blocks have no way. Of a
@@ -289,24 +288,16 @@ class Circle {
   int since_ = 0;  ///< it was last halved
 };
 
-/// A linearisation of an attempt, and what it came to.
-struct Pass {
-  int number = 0;
-  double before = 0.0;  ///< what the one before has changed, m
-  const OpenCloseResult& solved;
-};
-
 /// Likewise where contacts yield.
-bool nearly_agrees(const SubStep& step, const Pass& pass, std::span<const BodyContact> contacts,
-                   const StepPoses& poses, std::span<const LinearContact> linear) {
-  const double size = step.island.smallest_size, change = pass.solved.change;
+bool nearly_agrees(const SubStep& step, int pass, double change,
+                   std::span<const BodyContact> contacts, const StepPoses& poses,
+                   std::span<const LinearContact> linear) {
+  const double size = step.island.smallest_size;
   if (change <= kAgreement * size) return true;
   if (change > kLooseAgreement * size) return false;
   const double overlap = kUnforeseen * crowd_tolerance(step.options.tolerance) * size;
-  if (unforeseen_overlap(poses, contacts, linear) <= overlap)
-    return pass.number >= kQuickLinearisations;
-  const bool falls = change <= kFalls * pass.before;
-  return pass.number >= (falls ? kLinearisations - 1 : kMostLinearisations);
+  const bool foreseen = unforeseen_overlap(poses, contacts, linear) <= overlap;
+  return pass >= (foreseen ? kQuickLinearisations : kMostLinearisations);
 }
 
 /// v dt by slot.
@@ -380,7 +371,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
     const double before = std::exchange(change, solved.change);
     const bool agreed =
         memory.solver.yielding()
-            ? !tuning.rough && nearly_agrees(step, {pass, before, solved}, contacts, poses, linear)
+            ? !tuning.rough && nearly_agrees(step, pass, change, contacts, poses, linear)
         : solved.closed ? agrees(pass, tuning, before, change)
                         : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.

@@ -320,14 +320,6 @@ void begin_group(const StepRun& run, const Islands& group) {
   side_by_side(run, group, [&](Island& island) { begin(run, island); });
 }
 
-/// How long the island's next attempt is by this one, if it is not taken.
-double note_attempt(const StepOptions& options, bool can_cut, Island& island) {
-  const double share = island.memory.solver.note(island.solved, can_cut);
-  const bool automatic = options.method == ContactMethod::AugmentedLagrangian &&
-                         options.contact_iteration == ContactIteration::Automatic;
-  return automatic ? share : 0.5;
-}
-
 /// How much of the step goes before the velocity of a support jumps within it, s; all: none does.
 double before_jump(const StepRun& run) {
   constexpr double kAtEnd = 1e-6;  // of the step: see velocity_inside()
@@ -379,7 +371,7 @@ Island* take_sub_steps(const StepRun& run, std::span<Island* const> islands) {
         reject(run, *island, (fate == Fate::Halved ? 0.5 : 1.0) * island->length);
         continue;
       }
-      const double share = note_attempt(options, can_cut, *island);
+      const double share = island->memory.solver.note(island->solved, can_cut);
       if (island->solved && !(too_far && can_cut)) {
         accept(run, *island, growth);
         const bool at_jump = std::abs(island->done - jump) <= kEnd * options.time_step;
