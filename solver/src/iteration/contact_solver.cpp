@@ -11,9 +11,9 @@ namespace quoin::solver {
 namespace {
 
 // Open-close iterations on one problem before it counts as unsolved. All rows of validate are
-// solved in 80, what ends in `quoin stability --quick` and in walls takes 200. With 150 seven
-// deformable walls go over to yielding contacts, and gain energy, that the open-close iteration
-// solves, and so does a rigid one shaken in its plane.
+// solved in 80; of rigid blocks what ends in `quoin stability --quick` and in walls takes 200. With
+// 150 seven deformable walls go over to yielding contacts, and gain energy, that the open-close
+// iteration solves, and so does a rigid one shaken in its plane. More: see bench/tried.md.
 constexpr int kMostOpenClose = 250;
 // Attempts in a row that were not solved, a whole and a half step, before the proximal Newton
 // method takes over from the whole one, whatever it leaves: walls near their limit load are solved
