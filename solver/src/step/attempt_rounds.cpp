@@ -400,12 +400,11 @@ bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double to
 /// Of the last round: contacts to be held, or not, in another one. True when there are any.
 bool change_contacts(const StepRun& run, Island& island) {
   const Workspace& work = run.work;
-  const double limit = overlap_limit(island.blocks.smallest_size);
   const double yielded =
       island.memory.solver.inexact() ? kInexact : crowd_tolerance(run.options.tolerance);
   const bool missed = add_missed(run.compiled, work.poses, yielded, island);
-  const bool blocked = put_back_blocked(run.compiled, work.end, island.found_end, limit,
-                                        island.passing, island.contacts);
+  const bool blocked =
+      put_back_blocked(run.compiled, work.end, island.found_end, island.passing, island.contacts);
   // Whatever brought them in: sums go by their order, and it is one on any number of ranks.
   if (missed || blocked) std::ranges::sort(island.contacts, {}, joint_order);
   return missed || blocked;

@@ -107,6 +107,21 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
 
+/// By slot: how far springs have let each block sink into others, m; empty where there are none.
+std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
+  std::vector<double> overlaps;
+  for (const BodyContact& contact : contacts) {
+    if (!contact.was_closed || !(contact.state.spring_area > 0.0)) continue;
+    overlaps.resize(step.island.slots.block_of_slot.size(), 0.0);
+    for (const int block : {contact.a, contact.b}) {
+      const int slot = step.slot_of_block[index(block)];
+      if (slot < 0) continue;
+      overlaps[index(slot)] = std::max(overlaps[index(slot)], -contact.state.point.gap);
+    }
+  }
+  return overlaps;
+}
+
 /// Least gap of a joint's contacts among these points, sorted by key; 0 where none is negative, m.
 double least_gap(const CompiledScene& compiled, const BodyContact& contact,
                  std::span<const geometry::ContactPoint> points) {
@@ -124,20 +139,26 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
                        std::vector<PassingPair>& aside) {
   std::size_t kept = 0;
   std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
+  const std::vector<double> overlaps = spring_overlaps(step, contacts);
+  const auto overlap = [&](int block) {
+    const int slot = step.slot_of_block[index(block)];
+    return slot < 0 || overlaps.empty() ? 0.0 : overlaps[index(slot)];
+  };
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
+    const BodyContact& c = pair.front();
+    const double most = limit + std::max(overlap(c.a), overlap(c.b));
     planes.clear();
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
-      const BodyContact& c = pair.front();
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
       const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);
-      append_planes(a, b, limit, planes);
-      append_planes(b, a, limit, planes);
+      append_planes(a, b, most, planes);
+      append_planes(b, a, most, planes);
     }
-    if (planes.size() > 1 && passes(step, limit, pair, planes)) {
-      aside.push_back({planes, {pair.begin(), pair.end()}});
+    if (!planes.empty() && passes(step, most, pair, planes)) {
+      aside.push_back({planes, {pair.begin(), pair.end()}, most});
       continue;
     }
     for (std::size_t i = from; i < to; ++i, ++kept)
@@ -147,14 +168,14 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
 }
 
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
-                      std::span<const geometry::ContactPoint> found_end, double limit,
+                      std::span<const geometry::ContactPoint> found_end,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts) {
   const auto at_end = [&](int block) { return posed(compiled, end, block); };
   const auto blocked = [&](const PassingPair& pair) {
     const BodyContact& contact = pair.contacts.front();
     const double gap = least_gap(compiled, contact, found_end);
     const double apart = largest_separation(pair.planes, at_end);
-    if (gap < -limit) return apart < gap - limit;
+    if (gap < -pair.limit) return apart < gap - pair.limit;
     // So far behind every plane that has kept them apart they have gone through each other.
     return apart < -kFarthest * pair_size(compiled, contact.a, contact.b);
   };

@@ -20,12 +20,14 @@ struct FacePlane {
 struct PassingPair {
   std::vector<FacePlane> planes;      ///< that keep the two apart at the start of the step
   std::vector<BodyContact> contacts;  ///< as found at the start
+  double limit = 0.0;                 ///< an overlap that is none, m
 };
 
 /// Takes the contacts of those pairs out of `contacts` (in joint_order) that touched nowhere in the
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
 /// face's plane other than that of their contacts, and adds them to `aside`. `limit`: m, an overlap
-/// that is none.
+/// that is none; of blocks that springs bear what these let them sink by is none, either: one that
+/// slides from a support onto the next one would hit the side of that.
 void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContact>& contacts,
                        std::vector<PassingPair>& aside);
 
@@ -34,7 +36,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
 /// back, in place of those found at the end. `found_end`: contact points at the end, sorted. True
 /// when there were any; they are taken out of `pairs`.
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
-                      std::span<const geometry::ContactPoint> found_end, double limit,
+                      std::span<const geometry::ContactPoint> found_end,
                       std::vector<PassingPair>& pairs, std::vector<BodyContact>& contacts);
 
 }  // namespace quoin::solver
