@@ -492,13 +492,17 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
   }
 }
 
-bool strength_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
-                   double tolerance) {
+bool slip_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
+               double tolerance) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const BodyContact& contact = contacts[i];
     const LinearContact& c = linear[i];
-    if (!(contacts[i].joint->softening_slip > 0.0) || c.mode != ContactMode::Slip) continue;
-    const ShearOfPoint mean = shear_of_point(contacts[i], c);
+    if (c.mode != ContactMode::Slip) continue;
     const double normal = c.bonded ? c.force[0] : std::max(c.force[0], 0.0);
+    const double opened = opening(*contact.joint, contact.state, c.slip) - contact.opening;
+    if (c.normal_spring * std::abs(opened - c.dilation) > tolerance * normal) return true;
+    if (!(contact.joint->softening_slip > 0.0)) continue;
+    const ShearOfPoint mean = shear_of_point(contact, c);
     const double used = std::max(c.friction * normal + c.cohesion, 0.0);
     const double change = std::max(mean.friction * normal + mean.cohesion, 0.0) - used;
     if (std::abs(change) > tolerance * used) return true;

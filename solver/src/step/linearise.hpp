@@ -59,10 +59,10 @@ Vector3 force_in_frame(const Contact& force, const BodyContact& contact, const V
 /// J D of the contact's two blocks, wherever they have unknowns or not.
 Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const LinearContact& c);
 
-/// Does a joint that softens and slides have another strength, by more than `tolerance` of it, by
-/// the slip of the solution than the one that this was found with?
-bool strength_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
-                   double tolerance);
+/// Does a joint that slides have another strength, or its springs another normal force, by the slip
+/// of the solution than those that this was found with, by more than `tolerance` of the force?
+bool slip_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
+               double tolerance);
 
 /// The largest LinearContact::rounding, m.
 double gap_rounding(std::span<const LinearContact> contacts);

@@ -376,7 +376,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
                         : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
     const bool lags = agreed && pass < kStrictLinearisations &&
-                      strength_lags(contacts, linear, step.options.tolerance);
+                      slip_lags(contacts, linear, step.options.tolerance);
     if (agreed && !lags) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
