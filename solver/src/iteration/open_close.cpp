@@ -100,7 +100,7 @@ constexpr double kStalled = 0.9;       // of the last gap is left: then
 constexpr double kStalledPush = 1e6;   // of the force tolerance, and
 constexpr double kStalledGap = 10.0;   // of the gap tolerance is enough
 // Likewise of redundant contacts: with 1e-3 a wall near its limit load gained energy in the motion
-// that followed.
+// that followed. Where blocks begin to move 2 of 19 shaken walls did with 0.1, none with this.
 constexpr double kSharedPush = 1e-4;
 constexpr double kSlow = 0.5;  // of the last gap is left: augmentation is raised, by
 constexpr double kRaise = 10.0;
@@ -393,6 +393,7 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
   const double left = gap / std::exchange(last_gap_, gap);
   const bool stops = std::exchange(progress.exact, true) && left > kSlow;
   if (options.moves && serves_motion(contacts, options, {gap, left}, stops)) return true;
+  if (begins_to_move(contacts, options, gap)) return true;
   const bool stalled = progress.softness == 1.0 && left > kStalled;
   if (gap <= (stalled ? kStalledGap : 1.0) * options.gap_tolerance) {
     const double allowed = stalled ? kStalledPush : kLastPush;
@@ -403,6 +404,14 @@ bool OpenClose::settled(std::span<LinearContact> contacts, const OpenCloseOption
     return true;
   follow_gap(contacts, options, {gap, left}, progress);
   return false;
+}
+
+/// The same in a step that blocks begin to move in: gaps are closed, and what is left to share out
+/// between redundant contacts would take many updates more.
+bool OpenClose::begins_to_move(std::span<const LinearContact> contacts,
+                               const OpenCloseOptions& options, double gap) {
+  return options.free != nullptr && gap <= kFine * options.gap_tolerance &&
+         is_moving(*slots_, newton_.change()) && push_of_update(contacts) <= kSharedPush;
 }
 
 /// The same where blocks move. Gaps that redundant contacts cannot all close stop falling near

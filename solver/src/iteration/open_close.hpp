@@ -161,6 +161,8 @@ class OpenClose {
                Progress& progress);
   bool serves_motion(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
                      const GapLeft& gap, bool stops);
+  bool begins_to_move(std::span<const LinearContact> contacts, const OpenCloseOptions& options,
+                      double gap);
   void note_loose(std::span<LinearContact> contacts, const OpenCloseOptions& options,
                   Progress& progress);
   void follow_gap(std::span<LinearContact> contacts, const OpenCloseOptions& options,
