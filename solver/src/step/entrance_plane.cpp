@@ -109,9 +109,10 @@ constexpr std::size_t kPlanes = 32;  // more than two bricks have
 
 /// By slot: how far springs have let each block sink into others, m; empty where there are none.
 std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
+  const bool all = step.options.method == ContactMethod::Springs;
   std::vector<double> overlaps;
   for (const BodyContact& contact : contacts) {
-    if (!contact.was_closed || !(contact.state.spring_area > 0.0)) continue;
+    if (!contact.was_closed || !(all || contact.state.spring_area > 0.0)) continue;
     overlaps.resize(step.island.slots.block_of_slot.size(), 0.0);
     for (const int block : {contact.a, contact.b}) {
       const int slot = step.slot_of_block[index(block)];
