@@ -372,7 +372,9 @@ bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double to
                 Island& island) {
   const std::vector<Pose>& end = poses.end;
   const auto overlaps = [&](const geometry::ContactPoint& point) {
-    return point.gap < -overlap_limit(pair_size(compiled, point.key.a, point.key.b));
+    const int a = point.key.a, b = point.key.b;
+    return point.gap < -overlap_limit(pair_size(compiled, a, b)) &&
+           point.gap < -limit_of(island.passing, a, b);
   };
   if (std::ranges::none_of(island.found_end, overlaps)) return false;
   const Known known = known_contacts(island);

@@ -106,6 +106,7 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
 }
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
+constexpr double kSwing = 2.0;       // a load that is laid on springs swings to twice their rest
 
 /// By slot: how far springs have let each block sink into others, m; empty where there are none.
 std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
@@ -149,7 +150,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
     while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     const BodyContact& c = pair.front();
-    const double most = limit + std::max(overlap(c.a), overlap(c.b));
+    const double most = limit + kSwing * std::max(overlap(c.a), overlap(c.b));
     planes.clear();
     if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
@@ -166,6 +167,15 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
       if (kept != i) contacts[kept] = contacts[i];
   }
   contacts.resize(kept);
+}
+
+double limit_of(std::span<const PassingPair> pairs, int a, int b) {
+  double limit = 0.0;
+  for (const PassingPair& pair : pairs) {
+    const BodyContact& contact = pair.contacts.front();
+    if (contact.a == a && contact.b == b) limit = std::max(limit, pair.limit);
+  }
+  return limit;
 }
 
 bool put_back_blocked(const CompiledScene& compiled, std::span<const BlockState> end,
