@@ -39,6 +39,11 @@ class MovingScenes(FolderTest):
                 self.assertAlmostEqual(x / way, 1, places=6)
                 self.assertAlmostEqual(z / way, -1, places=6)
 
+    def test_open_close_solves_the_first_step_of_a_slope_without_its_toe(self):
+        # Were forces shared out between redundant contacts to all digits, proximal Newton would take it over.
+        self.quoin("make", "jointed-slope", "--end-time", 0.02, "--out", "slope.json", code=0)
+        self.assertEqual(self.told("run", "slope.json")["proximal_newton_attempts"], 0)
+
     def test_hulls_fall_apart_from_each_other(self):
         document = hull_pile(2, 2, 0.05)
         self.moves(document, 8, [f"box{i}" for i in range(8)])

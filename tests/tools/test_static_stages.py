@@ -113,7 +113,7 @@ class StaticStages(FolderTest):
                 (1e9, ["--length", 4, "--height", 1.5], {"tolerance": 1e-12, poisson: 0.25}, 500),
                 (1e9, ["--length", 8, "--height", 5], {poisson: 0.3}, 400),
                 (1e7, ["--length", 8, "--height", 2], {poisson: 0.2}, 2000),
-                (2e10, ["--length", 41, "--height", 4.75], {}, 140), (0, ["--length", 20, "--height", 10], {}, 40))):
+                (2e10, ["--length", 41, "--height", 4.75], {}, 70), (0, ["--length", 20, "--height", 10], {}, 40))):
             self.quoin("make", "wall", "--young", young, *size, "--out", f"wall{name}.json")
             summary = self.told("run", f"wall{name}.json", *(w for k, v in change.items() for w in ("--set", f"/{k}={v}")))
             self.assertEqual((summary["status"], summary["stages"][0]["verdict"]), ("completed", "rest"))

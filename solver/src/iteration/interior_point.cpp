@@ -13,10 +13,11 @@ namespace {
 // Chosen on walls of 105 to 1040 bricks that deform, from nothing.
 constexpr double kFollows = 1e-3;          // the residual from which s follows the iterates
 constexpr double kInteriorLengths = 0.99;  // of the way to the cones
-// Residual: with 1e-7 a wall that rests ended as a mechanism. Of so many blocks that deform it goes
-// on while steps halve it: what they leave takes the open-close iteration longer (bench/README.md).
+constexpr double kWanted = 1e-8;  // residual: with 1e-7 a wall that rests ended as a mechanism
+// From so many deforming blocks on, steps go on below kWanted while each halves the residual: the
+// open-close iteration would take longer (bench/README.md, Mechanisms).
 constexpr int kManyInside = 300;
-constexpr double kWanted = 1e-8, kHalved = 0.5;
+constexpr double kHalved = 0.5;
 constexpr double kUseful = 1e-2;  // a larger one is of no use
 // A wall of E 1e6 took 2.1 times the solves with 30, 1.2 with 50.
 constexpr int kMostInteriorSteps = 40;
@@ -171,8 +172,8 @@ IterationCount InteriorPoint::iterate(int most) {
   begin();
   bool follows = false;
   const bool exact = !slots_->rigid() && slots_->count() >= kManyInside;
-  double last = 1.0;  // step
-  double before = std::numeric_limits<double>::infinity();
+  double last = 1.0;                                        // step
+  double before = std::numeric_limits<double>::infinity();  // residual
   for (;;) {
     problem_.respond(x_, u_);
     const Residuals residual = residuals();

@@ -374,7 +374,7 @@ bool add_missed(const CompiledScene& compiled, const StepPoses& poses, double to
   const auto overlaps = [&](const geometry::ContactPoint& point) {
     const int a = point.key.a, b = point.key.b;
     return point.gap < -overlap_limit(pair_size(compiled, a, b)) &&
-           point.gap < -limit_of(island.passing, a, b);
+           point.gap < -passing_limit(island.passing, a, b);
   };
   if (std::ranges::none_of(island.found_end, overlaps)) return false;
   const Known known = known_contacts(island);

@@ -106,7 +106,7 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
 }
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
-constexpr double kSwing = 2.0;       // a load that is laid on springs swings to twice their rest
+constexpr double kSwing = 2.0;       // a load set on springs at once sinks twice as deep as at rest
 
 /// By slot: how far springs have let each block sink into others, m; empty where there are none.
 std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
@@ -169,7 +169,7 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
   contacts.resize(kept);
 }
 
-double limit_of(std::span<const PassingPair> pairs, int a, int b) {
+double passing_limit(std::span<const PassingPair> pairs, int a, int b) {
   double limit = 0.0;
   for (const PassingPair& pair : pairs) {
     const BodyContact& contact = pair.contacts.front();

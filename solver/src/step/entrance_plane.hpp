@@ -26,13 +26,13 @@ struct PassingPair {
 /// Takes the contacts of those pairs out of `contacts` (in joint_order) that touched nowhere in the
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
 /// face's plane other than that of their contacts, and adds them to `aside`. `limit`: m, an overlap
-/// that is none; of blocks that springs bear twice what these let them sink by is none, either: one
-/// that slides from a support onto the next one would hit the side of that.
+/// that is none. Blocks on springs have sunk into their support, and would hit the side of the next
+/// one as they slide onto it: for them twice that depth is no overlap, either.
 void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContact>& contacts,
                        std::vector<PassingPair>& aside);
 
 /// PassingPair::limit of two blocks that pass each other, else 0.
-double limit_of(std::span<const PassingPair> pairs, int a, int b);
+double passing_limit(std::span<const PassingPair> pairs, int a, int b);
 
 /// After the step was tried without them: pairs that overlap at its end although no plane of theirs
 /// is least violated there (they passed none), or end far behind all of them, have their contacts
