@@ -130,6 +130,11 @@ void part(Contact& contact) {
   contact.bonded = false;
 }
 
+bool wears_off(const Joint& joint, const Contact& contact, double further_slip) {
+  return !contact.failed && joint.softening_slip > 0.0 &&
+         contact.slip + further_slip >= joint.softening_slip;
+}
+
 void weaken(const Joint& joint, Contact& contact) {
   if (contact.failed || !(joint.residual_tension > 0.0)) part(contact);
   contact.failed = true;

@@ -67,6 +67,9 @@ void lay(const Joint& joint, double size, Contact& contact);
 /// Its bond, if it has one, is gone.
 void part(Contact& contact);
 
+/// Whether `further_slip` (m) is the last that a joint that softens takes before it has failed.
+bool wears_off(const Joint& joint, const Contact& contact, double further_slip);
+
 /// Residual strength from now on; one that had failed parts for good.
 void weaken(const Joint& joint, Contact& contact);
 

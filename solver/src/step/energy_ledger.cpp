@@ -89,6 +89,16 @@ double shear_energy(const BodyContact& contact, const StepPoses& poses) {
          shear_stretch(a, b, normal, contact.state).squaredNorm();
 }
 
+/// What the pulled spring of a bond gives up that wears off as the step ends, J.
+double worn_off(const BodyContact& contact, const LinearContact& c, const Vector3& moved) {
+  Contact end = contact.state;
+  if (!c.compliant || !c.bonded || !wears_off(*contact.joint, end, slip_in_step(c, moved)))
+    return 0.0;
+  weaken(*contact.joint, end);
+  const double stretch = std::max(c.start[0] + moved[0] - c.dilation, 0.0);
+  return end.bonded ? 0.0 : 0.5 * c.normal_spring * stretch * stretch;
+}
+
 /// What slots have of it is added to `energy`.
 ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
                              const StepPoses& poses, StepEnergy& energy) {
@@ -108,8 +118,12 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
     if (c.slot_a >= 0) energy.work_on[index(c.slot_a)] += c.force.dot(c.jacobian_a * move_a);
     if (c.slot_b >= 0) energy.work_on[index(c.slot_b)] += c.force.dot(c.jacobian_b * move_b);
   }
-  share.work = contact_work(c, moved_by(poses, contact, c));
+  const Vector3 moved = moved_by(poses, contact, c);
+  share.work = contact_work(c, moved);
   share.work.scheme += contact.spring_loss;
+  const double lost = worn_off(contact, c, moved);
+  share.work.heat += lost;
+  share.work.stored -= lost;
   if (c.compliant && c.law == ContactLaw::Frictionless && contact.was_closed)
     share.work.heat += shear_energy(contact, poses);
   energy.stored[index(c.first_slot())] += share.work.stored;

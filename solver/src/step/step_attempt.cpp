@@ -64,9 +64,9 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
   state.point.gap = now.gap;
   set_force_on_b(c.jacobian_b.rigid.leftCols<3>().transpose() * c.force, state);
   const Vector3 moved = moved_by(poses, contact, c);
-  state.slip += slip_in_step(c, moved);
-  const double softening = contact.joint->softening_slip;
-  if (!state.failed && softening > 0.0 && state.slip >= softening) weaken(*contact.joint, state);
+  const double slip = slip_in_step(c, moved);
+  if (wears_off(*contact.joint, state, slip)) weaken(*contact.joint, state);
+  state.slip += slip;
   if (c.mode == ContactMode::Open) return;
   if (c.mode == ContactMode::Slip || (!contact.was_closed && !c.compliant)) {
     move_anchor(a, b, now, stretch_left(state.next_shear_force, c, moved), contact, state);
