@@ -28,8 +28,8 @@ using solver::StepReport;
 // are then off by half of that.
 constexpr double kMostGrowth = 1e-4;
 
-// Of the smaller one: how deep a motion may drive a block into another without unknowns, and how
-// near they are when they meet within a step.
+// How deep a motion may drive a block into another without unknowns, of the thinner one; and how
+// near they are when they meet within a step, of the smaller one.
 constexpr double kDrivenOverlap = 1e-3, kMeets = 1e-6;
 
 Vector3 rotation_vector(const Eigen::Quaterniond& rotation) {
@@ -727,6 +727,16 @@ class Runner {
     return places;
   }
 
+  /// Least extent along a face's normal, m.
+  static double thickness(const geometry::Shape& shape) {
+    double least = shape.diameter();
+    for (int f = 0; f < shape.topology().face_count(); ++f) {
+      const Eigen::RowVectorXd along = shape.face_normal(f).transpose() * shape.vertices();
+      least = std::min(least, along.maxCoeff() - along.minCoeff());
+    }
+    return least;
+  }
+
   /// Of two blocks at these places, m.
   static double depth(const solver::Block& x, const geometry::Placement& at_x,
                       const solver::Block& y, const geometry::Placement& at_y) {
@@ -776,7 +786,8 @@ class Runner {
         const double deep = depth(x, at_p, y, at_q);
         double share = 0.0;
         if (deep > 0.0)
-          share = (deep - depth(x, x.placement, y, y.placement)) / size;
+          share = (deep - depth(x, x.placement, y, y.placement)) /
+                  std::min(thickness(*x.shape), thickness(*y.shape));
         else if (met(x, before.at(p), at_p, y, before.at(q), at_q, kMeets * size))
           share = 1.0;
         if (!(share > worst.value)) continue;

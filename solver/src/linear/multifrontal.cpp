@@ -364,7 +364,6 @@ bool Multifrontal::factorize(const BlockSystem& system) {
 
 /// A front, once its children are.
 bool Multifrontal::eliminate(const BlockSystem& system, std::size_t node) {
-  if (watch_ != nullptr) watch_->look();
   const Front& front = analysis().fronts[node];
   Dense now = dense(front);
   for (Matrix* part : {&now.columns, &now.rows, &now.rest}) part->setZero();
@@ -392,7 +391,7 @@ template <class Work>
 void Multifrontal::each_strip(long rows, const Work& work) const {
   const long strips = (rows + kStrip - 1) / kStrip;
   const auto take = [&](int, std::size_t i) {
-    if (watch_ != nullptr) watch_->look();
+    if (watch_ != nullptr && strips > 1) watch_->look();  // small fronts take less than a look
     const long first = (strips - 1 - static_cast<long>(i)) * kStrip;  // triangles: longest first
     work(first, std::min(kStrip, rows - first));
   };

@@ -108,12 +108,15 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
 constexpr double kSwing = 2.0;       // a load set on springs at once sinks twice as deep as at rest
 
+bool has_spring(const SubStep& step, const BodyContact& contact) {
+  return step.options.method == ContactMethod::Springs || contact.state.spring_area > 0.0;
+}
+
 /// By slot: how far springs have let each block sink into others, m; empty where there are none.
 std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
-  const bool all = step.options.method == ContactMethod::Springs;
   std::vector<double> overlaps;
   for (const BodyContact& contact : contacts) {
-    if (!contact.was_closed || !(all || contact.state.spring_area > 0.0)) continue;
+    if (!contact.was_closed || !has_spring(step, contact)) continue;
     overlaps.resize(step.island.slots.block_of_slot.size(), 0.0);
     for (const int block : {contact.a, contact.b}) {
       const int slot = step.slot_of_block[index(block)];
@@ -122,6 +125,17 @@ std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyCon
     }
   }
   return overlaps;
+}
+
+/// Whether a pair on springs touches no farther than these have let its blocks sink (m), as one
+/// that stands at the border of its support touches the side of the next.
+bool touches_border(const SubStep& step, double sunk, std::span<const BodyContact> pair) {
+  double area = 0.0;
+  for (const BodyContact& contact : pair) {
+    if (contact.state.bonded || !has_spring(step, contact)) return false;
+    area += contact.state.point.area;
+  }
+  return sunk > 0.0 && area <= sunk * pair_size(step.compiled, pair.front().a, pair.front().b);
 }
 
 /// Least gap of a joint's contacts among these points, sorted by key; 0 where none is negative, m.
@@ -150,9 +164,9 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
     while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     const BodyContact& c = pair.front();
-    const double most = limit + kSwing * std::max(overlap(c.a), overlap(c.b));
+    const double sunk = kSwing * std::max(overlap(c.a), overlap(c.b)), most = limit + sunk;
     planes.clear();
-    if (std::ranges::none_of(pair, &BodyContact::was_closed)) {
+    if (std::ranges::none_of(pair, &BodyContact::was_closed) || touches_border(step, sunk, pair)) {
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
       const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);
