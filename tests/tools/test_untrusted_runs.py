@@ -32,6 +32,12 @@ class UntrustedRuns(FolderTest):
         self.assertEqual([(f["flag"], f["blocks"]) for f in summary["flags"]], [("overlap", ["ground", "plate"])])
         self.assertEqual(self.run_scene(scene([ground, still], {"friction_angle_deg": 30}, end_time=0.2))["flags"], [])
 
+    def test_a_sheet_driven_through_another(self):
+        sheet = block("sheet", [-1, -1, 0.005], [1, 1, 0.007], "prescribed", motion={"velocity": [0, 0, -0.2]})
+        ground = block("ground", [-2, -2, -0.002], [2, 2, 0], "fixed")
+        summary = self.run_scene(scene([ground, sheet], {"friction_angle_deg": 30}, end_time=0.1), code=1)
+        self.assertEqual([f["flag"] for f in summary["flags"]], ["overlap"])
+
     def test_a_plate_that_jumps_a_fixed_block(self):
         """In one step of 2 m; and a neighbour beside which another slides."""
         plate = block("plate", [-1, -1, 0.5], [1, 1, 0.6], "prescribed", motion={"velocity": [0, 0, -2]})

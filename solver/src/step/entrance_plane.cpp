@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/index.hpp"
+#include "linear/multifrontal.hpp"
 #include "step/contact_search.hpp"
 #include "step/sorted_by_key.hpp"
 
@@ -55,11 +56,13 @@ struct PosedPart {
   PosedBlock posed;
 };
 
-void append_planes(const PosedPart& owner, const PosedPart& other, double limit,
+/// `limit` (m) says of a normal how far the two may be behind a plane.
+template <typename Limit>
+void append_planes(const PosedPart& owner, const PosedPart& other, const Limit& limit,
                    std::vector<FacePlane>& planes) {
   const auto [first, end] = faces_of(owner.posed.model, owner.part);
   for (int f = first; f < end; ++f)
-    if (separation(owner.posed, f, other.posed, other.part) >= -limit)
+    if (separation(owner.posed, f, other.posed, other.part) >= -limit(face_normal(owner.posed, f)))
       planes.push_back({owner.block, other.block, other.part, f});
 }
 
@@ -72,13 +75,15 @@ double largest_separation(const std::vector<FacePlane>& planes, const PosedOf& b
   return largest;
 }
 
-/// Cosine of the angle, 1e-3 rad, within which two planes are one.
-constexpr double kSamePlane = 1.0 - 5e-7;
+// Cosine of the angle from that of its contacts up to which a plane is none that the pair passes:
+// 1e-3 rad; of a pair that touches 60 degrees, as the side of a support and its top.
+constexpr double kSamePlane = 1.0 - 5e-7, kAcross = 0.5;
 
 /// Of a pair that touches nowhere: can its contacts close in the step, and does a plane other than
 /// theirs keep the two as far apart then? `planes`: all that keep them apart now. A contact can
-/// close if the motion that the blocks have were twice as fast, or by gravity from rest.
-bool passes(const SubStep& step, double limit, std::span<const BodyContact> contacts,
+/// close if the motion that the blocks have were twice as fast, or by gravity from rest. `alike`:
+/// cosine from which on a plane is that of the contacts.
+bool passes(const SubStep& step, double limit, double alike, std::span<const BodyContact> contacts,
             const std::vector<FacePlane>& planes) {
   const int a = contacts.front().a, b = contacts.front().b;
   const BlockState next_a = moved_on(step.state[index(a)], step.length);
@@ -96,7 +101,7 @@ bool passes(const SubStep& step, double limit, std::span<const BodyContact> cont
   std::vector<FacePlane> others = planes;
   std::erase_if(others, [&](const FacePlane& p) {
     const Vector3 face = face_normal(posed(step.compiled, step.state, p.block), p.face);
-    return std::abs(face.dot(normal)) > kSamePlane;
+    return std::abs(face.dot(normal)) > alike;
   });
   if (others.empty()) return false;
   const PosedBlock end_a{step.compiled.models[index(a)], pose(next_a)};
@@ -112,20 +117,26 @@ bool has_spring(const SubStep& step, const BodyContact& contact) {
   return step.options.method == ContactMethod::Springs || contact.state.spring_area > 0.0;
 }
 
-/// By slot: how far springs have let each block sink into others, m; empty where there are none.
-std::vector<double> spring_overlaps(const SubStep& step, std::span<const BodyContact> contacts) {
-  std::vector<double> overlaps;
-  for (const BodyContact& contact : contacts) {
-    if (!contact.was_closed || !has_spring(step, contact)) continue;
-    overlaps.resize(step.island.slots.block_of_slot.size(), 0.0);
-    for (const int block : {contact.a, contact.b}) {
-      const int slot = step.slot_of_block[index(block)];
-      if (slot < 0) continue;
-      overlaps[index(slot)] = std::max(overlaps[index(slot)], -contact.state.point.gap);
+/// A spring that has let a block sink into another.
+struct Sunk {
+  Vector3 normal = Vector3::Zero();
+  double depth = 0.0;  ///< m
+};
+
+/// By slot.
+ListsOf<Sunk> sunk_contacts(const SubStep& step, std::span<const BodyContact> contacts) {
+  return make_lists<Sunk>(step.island.slots.block_of_slot.size(), [&](const auto& add) {
+    for (const BodyContact& contact : contacts) {
+      const geometry::ContactPoint& point = contact.state.point;
+      if (!contact.was_closed || !(point.gap < 0.0) || !has_spring(step, contact)) continue;
+      for (const int block : {contact.a, contact.b})
+        if (const int slot = step.slot_of_block[index(block)]; slot >= 0)
+          add(slot, Sunk{point.normal, -point.gap});
     }
-  }
-  return overlaps;
+  });
 }
+
+constexpr double kAlong = 0.9;  // cosine: a spring lets a block sink behind planes of its normal
 
 /// Whether a pair on springs touches no farther than these have let its blocks sink (m), as one
 /// that stands at the border of its support touches the side of the next.
@@ -155,25 +166,34 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
                        std::vector<PassingPair>& aside) {
   std::size_t kept = 0;
   std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
-  const std::vector<double> overlaps = spring_overlaps(step, contacts);
-  const auto overlap = [&](int block) {
+  const ListsOf<Sunk> sunk_by_slot = sunk_contacts(step, contacts);
+  const auto depth = [&](int block, const Vector3& normal, double along) {
+    double deepest = 0.0;
     const int slot = step.slot_of_block[index(block)];
-    return slot < 0 || overlaps.empty() ? 0.0 : overlaps[index(slot)];
+    if (slot < 0) return deepest;
+    for (const Sunk& sunk : sunk_by_slot[index(slot)])
+      if (std::abs(sunk.normal.dot(normal)) >= along) deepest = std::max(deepest, sunk.depth);
+    return deepest;
   };
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     const BodyContact& c = pair.front();
-    const double sunk = kSwing * std::max(overlap(c.a), overlap(c.b)), most = limit + sunk;
+    const auto sunk = [&](const Vector3& normal, double along) {
+      return kSwing * std::max(depth(c.a, normal, along), depth(c.b, normal, along));
+    };
+    const double deepest = sunk(Vector3::Zero(), 0.0), most = limit + deepest;
+    const bool touches = std::ranges::any_of(pair, &BodyContact::was_closed);
     planes.clear();
-    if (std::ranges::none_of(pair, &BodyContact::was_closed) || touches_border(step, sunk, pair)) {
+    if (!touches || touches_border(step, deepest, pair)) {
+      const auto allowed = [&](const Vector3& normal) { return limit + sunk(normal, kAlong); };
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
       const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);
-      append_planes(a, b, most, planes);
-      append_planes(b, a, most, planes);
+      append_planes(a, b, allowed, planes);
+      append_planes(b, a, allowed, planes);
     }
-    if (!planes.empty() && passes(step, most, pair, planes)) {
+    if (!planes.empty() && passes(step, most, touches ? kAcross : kSamePlane, pair, planes)) {
       aside.push_back({planes, {pair.begin(), pair.end()}, most});
       continue;
     }
