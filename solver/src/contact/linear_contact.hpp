@@ -12,7 +12,7 @@ namespace quoin::solver {
 enum class ContactLaw : std::uint8_t {
   Coulomb,
   Frictionless,
-  Stuck,      ///< closed contacts cannot slide
+  Stuck,      ///< what bonds or clings cannot slide
   Bilateral,  ///< a held point: all three components vanish
   Tie         ///< f_n of a tie, at most `cohesion`: bonded, of either sign; see tie.hpp
 };

@@ -13,11 +13,6 @@ namespace {
 
 constexpr int kLocalSteps = 3;  // projections a contact in each pass
 
-/// What settles lets go of shear where it opens: its forces jump.
-bool holds_shear(const LinearContact& c) {
-  return c.law == ContactLaw::Bilateral || (c.law == ContactLaw::Stuck && (c.bonded || c.clings));
-}
-
 Admissible admissible_by(const LinearContact& c) {
   if (ConeProblem::follows_coulomb(c)) return {};
   Admissible forces{.pulls = c.bonded || c.law == ContactLaw::Bilateral};
@@ -61,9 +56,7 @@ bool ConeProblem::follows_coulomb(const LinearContact& c) {
 }
 
 bool ConeProblem::suits(std::span<const LinearContact> contacts) {
-  return std::ranges::all_of(contacts, [](const LinearContact& c) {
-    return !c.compliant && (c.law != ContactLaw::Stuck || holds_shear(c));
-  });
+  return std::ranges::none_of(contacts, &LinearContact::compliant);
 }
 
 void ConeProblem::set(const BlockSystem& base, const BlockVector& force,
@@ -196,7 +189,7 @@ void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
 void ConeProblem::sweep(int passes, std::span<Vector3> x) {
   threads_.each(x.size(), [&](std::size_t i) {
     Cone& cone = cones_[i];
-    if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
+    if (!(cone.delassus.trace() > 0.0)) return;      // neither side can move
     const Matrix3 sizes = cone.delassus.cwiseAbs();  // rows bound eigenvalues  [Gershgorin]
     cone.relaxation = 1.0 / sizes.rowwise().sum().maxCoeff();
   });

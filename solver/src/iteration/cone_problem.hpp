@@ -36,7 +36,7 @@ class ConeProblem {
 
   /// Rigid and without cohesion.
   static bool follows_coulomb(const LinearContact& contact);
-  /// Whether none is a spring, and forces go to zero where contacts open.
+  /// Whether none is a spring.
   static bool suits(std::span<const LinearContact> contacts);
 
   /// The unknown is the change against `guess`, so that forces and motions are rounded like it.

@@ -134,7 +134,8 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
-  if (begins_inside(contacts, tuning)) return solve_static(blocks, contacts, tuning, increment);
+  if (begins_inside(contacts, tuning))
+    return solve_static(options.analysis, blocks, contacts, tuning, increment);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
@@ -154,11 +155,12 @@ bool ContactSolver::begins_inside(std::span<const LinearContact> contacts,
          std::ranges::all_of(contacts, InteriorPoint::suits) && !contacts.empty();
 }
 
-/// The open-close iteration from forces that are known. Where there are none, or it is slow, the
-/// interior point method, and the open-close iteration from there. Where that is slow, too, the
-/// forces inside are taken as they are, there and, far from rest, in the problems that follow: the
-/// next pseudo-step goes by the gaps that they leave.
-OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
+/// The open-close iteration from forces that are known, and, while a scene settles, from none: what
+/// it shares out between redundant contacts slides least in the next stage. Where that is slow, and
+/// where none are known, the interior point method, and the open-close iteration from there. Where
+/// that is slow, too, the forces inside are taken as they are, there and, far from rest, in the
+/// problems that follow: the next pseudo-step goes by the gaps that they leave.
+OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquations& blocks,
                                             std::span<LinearContact> contacts,
                                             OpenCloseOptions tuning, BlockVector& increment) {
   OpenCloseResult result;
@@ -173,9 +175,10 @@ OpenCloseResult ContactSolver::solve_static(const BlockEquations& blocks,
   const BlockVector guess = increment;
   const bool first = tuning.predicted;
   inexact_ = false;
-  if (!unknown && !slow_) {
+  const bool settles = analysis == Analysis::Settle;
+  if ((!unknown || settles) && !slow_) {
     const std::vector<LinearContact> before(contacts.begin(), contacts.end());
-    if (open_close(kInsidePatience)) return result;
+    if (open_close(settles ? kMostOpenClose : kInsidePatience)) return result;
     std::ranges::copy(before, contacts.begin());
     increment = guess;
   }

@@ -81,8 +81,9 @@ class ContactSolver {
   OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
                         const OpenCloseOptions& tuning, BlockVector& increment);
   bool begins_inside(std::span<const LinearContact> contacts, const OpenCloseOptions& tuning) const;
-  OpenCloseResult solve_static(const BlockEquations& blocks, std::span<LinearContact> contacts,
-                               OpenCloseOptions tuning, BlockVector& increment);
+  OpenCloseResult solve_static(Analysis analysis, const BlockEquations& blocks,
+                               std::span<LinearContact> contacts, OpenCloseOptions tuning,
+                               BlockVector& increment);
   bool asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                      std::span<const LinearContact> contacts);
 

@@ -93,14 +93,16 @@ constexpr double kSteps = 4.0, kNoise = 0.05;
 // known. Taken for an impact it would hold the strain, and so come back in each step.
 constexpr double kFromRest = 2.0;
 
+/// A coefficient that nothing slides by while a scene settles.
+constexpr double kSettles = 1e3;
+
 /// A bond that is pulled has no friction: shear that settling left on it would spring free in the
 /// next stage.
-ContactLaw law_of(const JointStrength& strength, const StepOptions& options,
-                  const Contact& contact) {
-  const bool pulled = contact.bonded && contact.normal_force < 0.0;
-  if (options.analysis == Analysis::Settle && !pulled) return ContactLaw::Stuck;
-  const bool rough = strength.friction > 0.0 || strength.cohesion > 0.0;
-  return rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+JointStrength strength_in(const StepOptions& options, const BodyContact& contact, double slip) {
+  JointStrength now = strength(*contact.joint, contact.state, slip);
+  const bool pulled = contact.state.bonded && contact.state.normal_force < 0.0;
+  if (options.analysis == Analysis::Settle && !pulled) now.friction = kSettles;
+  return now;
 }
 
 /// The joint's stiffness on the contact's share of the area, or that of the method.
@@ -132,10 +134,11 @@ void set_law(const StepOptions& options, double penalty, double parting_gap, Bod
   const bool near = contact.state.point.gap - contact.opening <= parting_gap;
   c.clings = clings(joint, contact.state) && !contact.parted && (contact.was_closed || near);
   c.bonded = contact.state.bonded;
-  JointStrength now = strength(joint, contact.state);
+  JointStrength now = strength_in(options, contact, 0.0);
   if (!bears_cohesion(c)) now.cohesion = 0.0;
-  const bool holds = bonded_in_shear(joint, contact.state) && bears_cohesion(c);
-  c.law = holds ? ContactLaw::Stuck : law_of(now, options, contact.state);
+  const bool rough = now.friction > 0.0 || now.cohesion > 0.0;
+  c.law = rough ? ContactLaw::Coulomb : ContactLaw::Frictionless;
+  if (bonded_in_shear(joint, contact.state) && bears_cohesion(c)) c.law = ContactLaw::Stuck;
   c.friction = now.friction;
   c.cohesion = now.cohesion * contact.state.point.area;
   c.was_bonded = contact.was_bonded;
@@ -305,14 +308,15 @@ struct ShearOfPoint {
   double cohesion = 0.0;  ///< N
 };
 
-ShearOfPoint shear_of_point(const BodyContact& contact, const LinearContact& c) {
-  const JointStrength mean = strength(*contact.joint, contact.state, c.slip);
+ShearOfPoint shear_of_point(const StepOptions& options, const BodyContact& contact,
+                            const LinearContact& c) {
+  const JointStrength mean = strength_in(options, contact, c.slip);
   return {mean.friction, bears_cohesion(c) ? mean.cohesion * contact.state.point.area : 0.0};
 }
 
 /// Strength and opening go with the slip of the step, as the last solution had it: where
 /// linearisations agree nothing lags, and the work of softening and dilation is exact.
-void follow_slip(const BodyContact& contact, LinearContact& c) {
+void follow_slip(const StepOptions& options, const BodyContact& contact, LinearContact& c) {
   const Joint& joint = *contact.joint;
   c.dilation = opening(joint, contact.state, c.slip) - contact.opening;
   c.offset[0] -= c.dilation;
@@ -321,7 +325,7 @@ void follow_slip(const BodyContact& contact, LinearContact& c) {
   c.dilating_slip = joint.dilation_slip > 0.0 ? joint.dilation_slip - contact.state.slip
                                               : std::numeric_limits<double>::infinity();
   if (!(joint.softening_slip > 0.0)) return;
-  const ShearOfPoint mean = shear_of_point(contact, c);
+  const ShearOfPoint mean = shear_of_point(options, contact, c);
   c.friction = mean.friction;
   c.cohesion = mean.cohesion;
 }
@@ -462,7 +466,7 @@ void linearise(const SubStep& step, const BlockTerms& terms, const StepPoses& po
       set_closing(free_flight(step, terms, poses, contact, c), step.gap_tolerance(), slowest,
                   *contact.joint, c);
     }
-    follow_slip(contact, c);
+    follow_slip(step.options, contact, c);
     c.left_out = c.offset - motion;
     if (c.compliant && midpoint) apply_discrete_gradient(end_gap(contact, poses, c), c);
   }
@@ -492,8 +496,8 @@ void measure_slips(const StepPoses& poses, std::span<const BodyContact> contacts
   }
 }
 
-bool slip_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
-               double tolerance) {
+bool slip_lags(const StepOptions& options, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, double tolerance) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const BodyContact& contact = contacts[i];
     const LinearContact& c = linear[i];
@@ -502,7 +506,7 @@ bool slip_lags(std::span<const BodyContact> contacts, std::span<const LinearCont
     const double opened = opening(*contact.joint, contact.state, c.slip) - contact.opening;
     if (c.normal_spring * std::abs(opened - c.dilation) > tolerance * normal) return true;
     if (!(contact.joint->softening_slip > 0.0)) continue;
-    const ShearOfPoint mean = shear_of_point(contact, c);
+    const ShearOfPoint mean = shear_of_point(options, contact, c);
     const double used = std::max(c.friction * normal + c.cohesion, 0.0);
     const double change = std::max(mean.friction * normal + mean.cohesion, 0.0) - used;
     if (std::abs(change) > tolerance * used) return true;

@@ -61,8 +61,8 @@ Vector3 moved_by(const StepPoses& poses, const BodyContact& contact, const Linea
 
 /// Does a joint that slides have another strength, or its springs another normal force, by the slip
 /// of the solution than those that this was found with, by more than `tolerance` of the force?
-bool slip_lags(std::span<const BodyContact> contacts, std::span<const LinearContact> linear,
-               double tolerance);
+bool slip_lags(const StepOptions& options, std::span<const BodyContact> contacts,
+               std::span<const LinearContact> linear, double tolerance);
 
 /// The largest LinearContact::rounding, m.
 double gap_rounding(std::span<const LinearContact> contacts);

@@ -376,7 +376,7 @@ OpenCloseResult solve_positions(const SubStep& step, std::span<BodyContact> cont
                         : pass > 0 || change <= kMended * step.island.smallest_size;
     // Where a prediction is right the first linearisation changes nothing, and knows no slip yet.
     const bool lags = agreed && pass < kStrictLinearisations &&
-                      slip_lags(contacts, linear, step.options.tolerance);
+                      slip_lags(step.options, contacts, linear, step.options.tolerance);
     if (agreed && !lags) break;
     total.converged = false;  // until the next linearisation agrees
     if (circle.closes(change) && change > tuning.mended_apart) break;
@@ -505,7 +505,7 @@ struct LoadedJoints {
     std::vector<Vector3> before, growth;
     for (const LinearContact& c : linear) {
       growth.push_back(force_after_update(c) - c.force);
-      before.push_back(c.force - kFixedUpdates * growth.back());
+      before.push_back(c.force - double{kFixedUpdates} * growth.back());
     }
     const auto loads_after = [&](double updates) {
       for (std::size_t i = 0; i < linear.size(); ++i)
