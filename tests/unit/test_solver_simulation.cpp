@@ -291,8 +291,8 @@ Integrals integrals(const std::vector<double>& times, const std::vector<Vector3>
   for (std::size_t i = 1; i < times.size() && times[i - 1] < time; ++i) {
     const double h = std::min(times[i], time) - times[i - 1];
     const Vector3 slope = (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
-    sum.twice += h * sum.once + h * h * (values[i - 1] / 2 + h * slope / 6);
-    sum.once += h * (values[i - 1] + h * slope / 2);
+    sum.twice += h * sum.once + h * h * (values[i - 1] / 2.0 + h * slope / 6.0);
+    sum.once += h * (values[i - 1] + h * slope / 2.0);
   }
   return sum;
 }

@@ -12,6 +12,8 @@
 
 #include <quoin/solver/state.hpp>
 
+#include "base/matrix_values.hpp"
+
 namespace quoin::solver {
 
 using Vector12 = Eigen::Matrix<double, 12, 1>;

@@ -8,6 +8,8 @@
 #include <limits>
 #include <quoin/solver/scene.hpp>
 
+#include "base/matrix_values.hpp"
+
 namespace quoin::solver {
 
 /// Coulomb's law without cohesion, in units in which friction is one, is the second-order cone

@@ -84,8 +84,8 @@ void ContactEquations::evaluate_contact(const BlockVector& change, Law law, doub
                                         LinearContact& c) const {
   c.relative = c.guess;
   c.each_side([&](std::size_t slot, const ContactJacobian& jacobian) {
-    c.relative.noalias() += jacobian.rigid * change[slot].head<6>();
-    if (jacobian.strain) c.relative.noalias() += *jacobian.strain * change[slot].tail<6>();
+    c.relative += jacobian.rigid.lazyProduct(change[slot].head<6>());
+    if (jacobian.strain) c.relative += jacobian.strain->lazyProduct(change[slot].tail<6>());
   });
   open_by_slip(c);
   law == Law::Assumed ? apply_assumed(softness, c) : apply_law(softness, c);

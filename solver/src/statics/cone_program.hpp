@@ -43,8 +43,8 @@ struct ConeContact {
   /// By velocities of the slots.
   Vector3 motion(const Eigen::VectorXd& y) const {
     Vector3 sum = Vector3::Zero();
-    if (a >= 0) sum += map_a.transpose() * y.segment<6>(6 * a);
-    if (b >= 0) sum += map_b.transpose() * y.segment<6>(6 * b);
+    if (a >= 0) sum += map_a.transpose().lazyProduct(y.segment<6>(6 * a));
+    if (b >= 0) sum += map_b.transpose().lazyProduct(y.segment<6>(6 * b));
     return sum;
   }
   bool has_cone() const { return !held && (friction > 0.0 || cohesion > 0.0); }
