@@ -190,8 +190,7 @@ void ConeProblem::sweep(int passes, std::span<Vector3> x) {
   threads_.each(x.size(), [&](std::size_t i) {
     Cone& cone = cones_[i];
     if (!(cone.delassus.trace() > 0.0)) return;      // neither side can move
-    const Matrix3 sizes = cone.delassus.cwiseAbs();  // rows bound eigenvalues  [Gershgorin]
-    cone.relaxation = 1.0 / sizes.rowwise().sum().maxCoeff();
+    cone.relaxation = 1.0 / eigenvalues(cone.delassus)[2];
   });
   const auto visit = [&](std::size_t i) {
     if (admissible_[i].pulls) return;
