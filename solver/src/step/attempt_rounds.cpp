@@ -5,12 +5,14 @@
 #include <chrono>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "base/index.hpp"
 #include "contact/joint_springs.hpp"
 #include "iteration/moving_contacts.hpp"
 #include "step/contact_search.hpp"
 #include "step/form_islands.hpp"
+#include "step/linearise.hpp"
 #include "step/sorted_by_key.hpp"
 
 namespace quoin::solver {
@@ -184,6 +186,14 @@ void take_means(Island& island) {
   }
 }
 
+/// In springs of a pair that is set aside, J.
+double stored_energy(const StepRun& run, std::span<BodyContact> contacts) {
+  if (std::ranges::none_of(contacts, &BodyContact::was_closed)) return 0.0;
+  std::vector<double> by_slot(index(run.compiled.slots.count()), 0.0);
+  store_at_rest(run.compiled, run.options, run.work.poses.start, contacts, by_slot);
+  return std::accumulate(by_slot.begin(), by_slot.end(), 0.0);
+}
+
 void attempt_default(const StepRun& run, Island& island) {
   Workspace& work = run.work;
   const SubStep step = sub_step(run, island);
@@ -204,6 +214,7 @@ void attempt_default(const StepRun& run, Island& island) {
     total.closed = attempt.solved.closed;
     attempt.solved = total;
   }
+  for (const PassingPair& pair : island.passing) attempt.energy.scheme_loss += pair.stored;
   for (std::size_t s = 0; s < attempt.hit.size(); ++s)
     work.last.hit[index(island.own()[s])] = attempt.hit[s];
 }
@@ -451,6 +462,7 @@ void attempt(const StepRun& run, std::span<Island* const> islands) {
     if (paper) continue;  // as the source: contacts are found once, before the step
     const double limit = overlap_limit(island->blocks.smallest_size);
     set_aside_passing(sub_step(run, *island), limit, island->contacts, island->passing);
+    for (PassingPair& pair : island->passing) pair.stored = stored_energy(run, pair.contacts);
   }
   for (int round = 0; round < kRounds && !open.empty(); ++round) {
     side_by_side(run, open, [&](Island& island) { attempt_once(run, island); });

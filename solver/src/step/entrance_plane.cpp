@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "base/index.hpp"
-#include "linear/multifrontal.hpp"
 #include "step/contact_search.hpp"
 #include "step/sorted_by_key.hpp"
 
@@ -56,13 +55,13 @@ struct PosedPart {
   PosedBlock posed;
 };
 
-/// `limit` (m) says of a normal how far the two may be behind a plane.
+/// `limit` says how far behind a face's plane the two may be, m.
 template <typename Limit>
 void append_planes(const PosedPart& owner, const PosedPart& other, const Limit& limit,
                    std::vector<FacePlane>& planes) {
   const auto [first, end] = faces_of(owner.posed.model, owner.part);
   for (int f = first; f < end; ++f)
-    if (separation(owner.posed, f, other.posed, other.part) >= -limit(face_normal(owner.posed, f)))
+    if (separation(owner.posed, f, other.posed, other.part) >= -limit(owner, f))
       planes.push_back({owner.block, other.block, other.part, f});
 }
 
@@ -111,42 +110,78 @@ bool passes(const SubStep& step, double limit, double alike, std::span<const Bod
 }
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
-constexpr double kSwing = 2.0;       // a load set on springs at once sinks twice as deep as at rest
 
 bool has_spring(const SubStep& step, const BodyContact& contact) {
   return step.options.method == ContactMethod::Springs || contact.state.spring_area > 0.0;
 }
 
-/// A spring that has let a block sink into another.
-struct Sunk {
-  Vector3 normal = Vector3::Zero();
-  double depth = 0.0;  ///< m
-};
-
-/// By slot.
-ListsOf<Sunk> sunk_contacts(const SubStep& step, std::span<const BodyContact> contacts) {
-  return make_lists<Sunk>(step.island.slots.block_of_slot.size(), [&](const auto& add) {
+/// How far springs have let blocks with unknowns sink into others.
+class SunkBlocks {
+ public:
+  SunkBlocks(const SubStep& step, std::span<const BodyContact> contacts) {
     for (const BodyContact& contact : contacts) {
       const geometry::ContactPoint& point = contact.state.point;
       if (!contact.was_closed || !(point.gap < 0.0) || !has_spring(step, contact)) continue;
       for (const int block : {contact.a, contact.b})
-        if (const int slot = step.slot_of_block[index(block)]; slot >= 0)
-          add(slot, Sunk{point.normal, -point.gap});
+        if (step.slot_of_block[index(block)] >= 0)
+          springs_.push_back({block, point.normal, -point.gap, contact.state.next_normal_force});
     }
-  });
-}
+    std::ranges::sort(springs_, {}, &Spring::block);
+  }
+  bool none() const { return springs_.empty(); }
 
-constexpr double kAlong = 0.9;  // cosine: a spring lets a block sink behind planes of its normal
+  /// Twice the deepest of a block, m: a load set on springs at once sinks twice as deep as at rest.
+  double swing(int block) const { return swing(block, Vector3::Zero(), 0.0); }
+  /// Of those with that normal.
+  double swing(int block, const Vector3& normal) const { return swing(block, normal, kAlong); }
 
-/// Whether a pair on springs touches no farther than these have let its blocks sink (m), as one
-/// that stands at the border of its support touches the side of the next.
-bool touches_border(const SubStep& step, double sunk, std::span<const BodyContact> pair) {
-  double area = 0.0;
+  /// The largest force of a block's, N.
+  double force(int block) const {
+    double largest = 0.0;
+    for (const Spring& of : springs_of(block)) largest = std::max(largest, of.force);
+    return largest;
+  }
+
+ private:
+  static constexpr double kSwing = 2.0;
+  static constexpr double kAlong = 0.9;  // cosine
+
+  struct Spring {
+    int block = -1;
+    Vector3 normal = Vector3::Zero();
+    double depth = 0.0;  // m
+    double force = 0.0;  // N
+  };
+  std::span<const Spring> springs_of(int block) const {
+    return std::ranges::equal_range(springs_, block, {}, &Spring::block);
+  }
+  double swing(int block, const Vector3& normal, double along) const {
+    double deepest = 0.0;
+    for (const Spring& of : springs_of(block))
+      if (std::abs(of.normal.dot(normal)) >= along) deepest = std::max(deepest, of.depth);
+    return kSwing * deepest;
+  }
+
+  std::vector<Spring> springs_;  // by block
+};
+
+/// Of what bears a block: a pair with more is none that touches a border alone.
+constexpr double kTouches = 1e-2;
+
+/// Whether a pair touches as a block on springs that stands at the border of its support touches
+/// the side of the next: no farther than it has sunk, and next to no force.
+bool touches_border(const SubStep& step, const SunkBlocks& sunk,
+                    std::span<const BodyContact> pair) {
+  const int a = pair.front().a, b = pair.front().b;
+  double area = 0.0, force = 0.0;
   for (const BodyContact& contact : pair) {
     if (contact.state.bonded || !has_spring(step, contact)) return false;
     area += contact.state.point.area;
+    force += contact.state.next_normal_force;
   }
-  return sunk > 0.0 && area <= sunk * pair_size(step.compiled, pair.front().a, pair.front().b);
+  const double touches = kTouches * std::max(sunk.force(a), sunk.force(b));
+  return area <= std::max(sunk.swing(a), sunk.swing(b)) * pair_size(step.compiled, a, b) &&
+         force < touches;
 }
 
 /// Least gap of a joint's contacts among these points, sorted by key; 0 where none is negative, m.
@@ -166,27 +201,20 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
                        std::vector<PassingPair>& aside) {
   std::size_t kept = 0;
   std::vector<FacePlane> planes;  // one list for all pairs: most of them are not set aside
-  const ListsOf<Sunk> sunk_by_slot = sunk_contacts(step, contacts);
-  const auto depth = [&](int block, const Vector3& normal, double along) {
-    double deepest = 0.0;
-    const int slot = step.slot_of_block[index(block)];
-    if (slot < 0) return deepest;
-    for (const Sunk& sunk : sunk_by_slot[index(slot)])
-      if (std::abs(sunk.normal.dot(normal)) >= along) deepest = std::max(deepest, sunk.depth);
-    return deepest;
-  };
+  const SunkBlocks sunk(step, contacts);
   for (std::size_t from = 0, to = 0; from < contacts.size(); from = to) {
     while (to < contacts.size() && same_joint(contacts[to], contacts[from])) ++to;
     const std::span<const BodyContact> pair(&contacts[from], to - from);
     const BodyContact& c = pair.front();
-    const auto sunk = [&](const Vector3& normal, double along) {
-      return kSwing * std::max(depth(c.a, normal, along), depth(c.b, normal, along));
-    };
-    const double deepest = sunk(Vector3::Zero(), 0.0), most = limit + deepest;
+    const double deepest = std::max(sunk.swing(c.a), sunk.swing(c.b)), most = limit + deepest;
     const bool touches = std::ranges::any_of(pair, &BodyContact::was_closed);
     planes.clear();
-    if (!touches || touches_border(step, deepest, pair)) {
-      const auto allowed = [&](const Vector3& normal) { return limit + sunk(normal, kAlong); };
+    if (!touches || touches_border(step, sunk, pair)) {
+      const auto allowed = [&](const PosedPart& owner, int face) {
+        if (sunk.none()) return limit;
+        const Vector3 normal = face_normal(owner.posed, face);
+        return limit + std::max(sunk.swing(c.a, normal), sunk.swing(c.b, normal));
+      };
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
       const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);

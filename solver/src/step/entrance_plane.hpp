@@ -21,6 +21,7 @@ struct PassingPair {
   std::vector<FacePlane> planes;      ///< that keep the two apart at the start of the step
   std::vector<BodyContact> contacts;  ///< as found at the start
   double limit = 0.0;                 ///< an overlap that is none, m
+  double stored = 0.0;                ///< in springs of these contacts, J: gone without them
 };
 
 /// Takes the contacts of those pairs out of `contacts` (in joint_order) that touched nowhere in the
