@@ -189,7 +189,7 @@ void ConeProblem::add_motion(std::size_t contact, Vector3& motion) const {
 void ConeProblem::sweep(int passes, std::span<Vector3> x) {
   threads_.each(x.size(), [&](std::size_t i) {
     Cone& cone = cones_[i];
-    if (!(cone.delassus.trace() > 0.0)) return;      // neither side can move
+    if (!(cone.delassus.trace() > 0.0)) return;  // neither side can move
     cone.relaxation = 1.0 / eigenvalues(cone.delassus)[2];
   });
   const auto visit = [&](std::size_t i) {
