@@ -47,6 +47,7 @@ for what, change, code, said in (
         ("a flag that is not raised", lambda cases: cases["runs"][0].update(flags=["overlap"]), 1, "flags other than"),
         ("a flag within a list", lambda cases: cases["runs"][0].update(flags=[["overlap"]]), 2,
          'V03.json: /cases/runs/0/flags: [["overlap"]] must be a list of names'),
+        ("a text to vary", lambda cases: cases["runs"][0].update(vary={"mu": ["=1/6"]}), 2, 'vary mu: not a number: "=1/6"'),
         ("a run that breaks off", lambda cases: cases["runs"][0].update(set={"/stages": [{"analysis": "static"}],
                                                                           "/end_time": None}), (1, 2), "stage"),
         ("a name that there is not", lambda cases: cases["rows"][0].update(result="c_dx"), 2, "c_dx"),

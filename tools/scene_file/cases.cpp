@@ -395,6 +395,8 @@ struct CaseFile::Document {
           for (const auto& [name, set] : part(value, "set").items())
             next.back().changes.push_back(change_of(name, set));
         } else {
+          if (!value.is_number())
+            throw SceneError("/cases/runs", "vary " + key + ": not a number: " + value.dump());
           next.back().changes.push_back(change_of(key, value));
           next.back().parameters.emplace_back(key, value.get<double>());
         }
