@@ -81,9 +81,10 @@ constexpr double kSamePlane = 1.0 - 5e-7, kAcross = 0.5;
 /// Of a pair that touches nowhere: can its contacts close in the step, and does a plane other than
 /// theirs keep the two as far apart then? `planes`: all that keep them apart now. A contact can
 /// close if the motion that the blocks have were twice as fast, or by gravity from rest. `alike`:
-/// cosine from which on a plane is that of the contacts.
-bool passes(const SubStep& step, double limit, double alike, std::span<const BodyContact> contacts,
-            const std::vector<FacePlane>& planes) {
+/// cosine from which on a plane is that of the contacts. `swing`: of springs, m; blocks that swing
+/// on them come on by as much again.
+bool passes(const SubStep& step, double limit, double swing, double alike,
+            std::span<const BodyContact> contacts, const std::vector<FacePlane>& planes) {
   const int a = contacts.front().a, b = contacts.front().b;
   const BlockState next_a = moved_on(step.state[index(a)], step.length);
   const BlockState next_b = moved_on(step.state[index(b)], step.length);
@@ -106,7 +107,7 @@ bool passes(const SubStep& step, double limit, double alike, std::span<const Bod
   const PosedBlock end_a{step.compiled.models[index(a)], pose(next_a)};
   const PosedBlock end_b{step.compiled.models[index(b)], pose(next_b)};
   const auto end = [&](int block) -> const PosedBlock& { return block == a ? end_a : end_b; };
-  return largest_separation(others, end) >= std::min(closes_by + limit, -limit);
+  return largest_separation(others, end) >= std::min(closes_by + limit, -limit - swing);
 }
 
 constexpr std::size_t kPlanes = 32;  // more than two bricks have
@@ -221,7 +222,8 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
       append_planes(a, b, allowed, planes);
       append_planes(b, a, allowed, planes);
     }
-    if (!planes.empty() && passes(step, most, touches ? kAcross : kSamePlane, pair, planes)) {
+    if (!planes.empty() &&
+        passes(step, most, deepest, touches ? kAcross : kSamePlane, pair, planes)) {
       aside.push_back({planes, {pair.begin(), pair.end()}, most});
       continue;
     }
