@@ -98,6 +98,14 @@ class StaticStages(FolderTest):
         self.assertEqual((stopped["status"], stopped["stages"][0]["verdict"]), ("not_at_rest", "admissible"))
         self.assertIn("admissible", stopped["message"])
 
+    def test_proof_of_stiff_springs(self):
+        """What all loads press by less than 1e-6 of a block counts as rigid; softer springs are loaded by motion."""
+        for stiffness, proved in ((1e13, True), (1e8, False)):
+            scene = slope(19, [{"analysis": "static"}])
+            scene["joint"].update(normal_stiffness=stiffness, shear_stiffness=stiffness)
+            summary = self.run_scene(scene, code=1)
+            self.assertEqual((summary["stages"][0]["verdict"], summary["proof"] is not None), ("mechanism", proved))
+
     def test_rest(self):
         done = self.quoin("run", self.written(slope(21, [{"analysis": "static"}])), code=0)
         self.assertRegex(done.stdout, "stage 0: rest, unbalance [0-9.e-]+ in [0-9]+ steps")

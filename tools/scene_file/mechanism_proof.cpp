@@ -6,6 +6,19 @@ namespace quoin::scene_file {
 namespace {
 
 constexpr double kNear = 0.1;  // of a block: steps call a mechanism what leaves that
+// Of the smallest block: what all loads together may press springs by that stand for rigid joints.
+constexpr double kStiff = 1e-6;
+
+/// Springs that blocks load by moving, or that break as they are loaded.
+bool is_soft(const solver::Scene& scene, const solver::Joint& joint) {
+  if (!(joint.normal_stiffness > 0.0)) return false;
+  if (joint.tension > 0.0 || joint.cohesion > 0.0) return true;
+  double load = 0.0, size = geometry::kLargestCoordinate;
+  for (const solver::Vector6& one : solver::block_loads(scene)) load += one.head<3>().norm();
+  for (const solver::Block& block : scene.blocks) size = std::min(size, block.shape->diameter());
+  const double stiffness = std::min(joint.normal_stiffness, joint.shear_stiffness);
+  return load > kStiff * stiffness * size * size * size;
+}
 
 }  // namespace
 
@@ -41,15 +54,15 @@ int MechanismProof::fastest() const {
 }
 
 bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
-  const auto is_spring = [](const solver::Joint& joint) { return joint.normal_stiffness > 0.0; };
   const solver::Scene& scene = run.scene();
+  const auto soft = [&](const solver::Joint& joint) { return is_soft(scene, joint); };
   return stage.analysis == solver::Analysis::Static && !(stage.until_moved > 0.0) &&
          run.options().method == solver::ContactMethod::AugmentedLagrangian &&
          !run.options().distributed_solver && scene.ties.empty() && scene.quiet_faces.empty() &&
          scene.pressure_loads.empty() &&  // they change as blocks move
-         !is_spring(scene.joint) &&
-         std::ranges::none_of(scene.pair_joints, is_spring, &solver::PairJoint::joint) &&
-         std::ranges::none_of(scene.block_joints, is_spring, &solver::BlockJoint::joint);
+         !soft(scene.joint) &&
+         std::ranges::none_of(scene.pair_joints, soft, &solver::PairJoint::joint) &&
+         std::ranges::none_of(scene.block_joints, soft, &solver::BlockJoint::joint);
 }
 
 std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run) {

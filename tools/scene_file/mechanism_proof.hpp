@@ -21,8 +21,8 @@ struct MechanismProof {
   int fastest() const;  ///< block
 };
 
-/// Whether a mechanism can be asked for: not of springs, which blocks load by moving, of stages
-/// whose blocks shall move, of the source's methods and of several processes.
+/// Whether a mechanism can be asked for: not of soft springs, which blocks load by moving, of
+/// stages whose blocks shall move, of the source's methods and of several processes.
 bool may_be_proved(const solver::Simulation& run, const Stage& stage);
 
 /// A mechanism of the run as it stands, which leaves what a tenth of the blocks' sizes can reach;
