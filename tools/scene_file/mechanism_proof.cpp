@@ -9,15 +9,25 @@ constexpr double kNear = 0.1;  // of a block: steps call a mechanism what leaves
 // Of the smallest block: what all loads together may press springs by that stand for rigid joints.
 constexpr double kStiff = 1e-6;
 
-/// Springs that blocks load by moving, or that break as they are loaded.
-bool is_soft(const solver::Scene& scene, const solver::Joint& joint) {
-  if (!(joint.normal_stiffness > 0.0)) return false;
-  if (joint.tension > 0.0 || joint.cohesion > 0.0) return true;
+/// Of such springs at least, N/m3.
+double least_stiffness(const solver::Scene& scene) {
   double load = 0.0, size = geometry::kLargestCoordinate;
   for (const solver::Vector6& one : solver::block_loads(scene)) load += one.head<3>().norm();
   for (const solver::Block& block : scene.blocks) size = std::min(size, block.shape->diameter());
-  const double stiffness = std::min(joint.normal_stiffness, joint.shear_stiffness);
-  return load > kStiff * stiffness * size * size * size;
+  return load / (kStiff * size * size * size);
+}
+
+/// Whether a joint has springs that blocks load by moving, or that break as they are loaded.
+bool has_soft_springs(const solver::Scene& scene) {
+  std::vector<solver::Joint> springs{scene.joint};
+  for (const solver::PairJoint& pair : scene.pair_joints) springs.push_back(pair.joint);
+  for (const solver::BlockJoint& block : scene.block_joints) springs.push_back(block.joint);
+  std::erase_if(springs, [](const solver::Joint& j) { return !(j.normal_stiffness > 0.0); });
+  const double least = springs.empty() ? 0.0 : least_stiffness(scene);
+  return std::ranges::any_of(springs, [&](const solver::Joint& j) {
+    return j.tension > 0.0 || j.cohesion > 0.0 ||
+           std::min(j.normal_stiffness, j.shear_stiffness) < least;
+  });
 }
 
 }  // namespace
@@ -55,14 +65,11 @@ int MechanismProof::fastest() const {
 
 bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
   const solver::Scene& scene = run.scene();
-  const auto soft = [&](const solver::Joint& joint) { return is_soft(scene, joint); };
   return stage.analysis == solver::Analysis::Static && !(stage.until_moved > 0.0) &&
          run.options().method == solver::ContactMethod::AugmentedLagrangian &&
          !run.options().distributed_solver && scene.ties.empty() && scene.quiet_faces.empty() &&
          scene.pressure_loads.empty() &&  // they change as blocks move
-         !soft(scene.joint) &&
-         std::ranges::none_of(scene.pair_joints, soft, &solver::PairJoint::joint) &&
-         std::ranges::none_of(scene.block_joints, soft, &solver::BlockJoint::joint);
+         !has_soft_springs(scene);
 }
 
 std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run) {
