@@ -44,6 +44,12 @@ class StaticStages(FolderTest):
             self.assertLess(summary["factorizations"], most, push)
             self.assertEqual(summary["proof"] is not None, verdict == "mechanism")
 
+    def test_shear_wall_settles(self):
+        """Below its limit, where contacts that cannot slide are known to the interior point method alone."""
+        summary = self.run_scene({**shear_wall(12000), "stages": [{"analysis": "settle"}]})
+        self.assertEqual(summary["stages"][0]["verdict"], "rest")
+        self.assertLess(summary["factorizations"], 3000)
+
     def test_limit_of_the_shear_wall(self):
         scene = shear_wall(1.0)
         scene["loads"][0]["name"] = "push"

@@ -94,14 +94,15 @@ constexpr double kSteps = 4.0, kNoise = 0.05;
 constexpr double kFromRest = 2.0;
 
 /// A coefficient that nothing slides by while a scene settles.
-constexpr double kSettles = 1e3;
+constexpr double kSettles = 100.0;
 
 /// A bond that is pulled has no friction: shear that settling left on it would spring free in the
 /// next stage.
 JointStrength strength_in(const StepOptions& options, const BodyContact& contact, double slip) {
   JointStrength now = strength(*contact.joint, contact.state, slip);
   const bool pulled = contact.state.bonded && contact.state.normal_force < 0.0;
-  if (options.analysis == Analysis::Settle && !pulled) now.friction = kSettles;
+  if (options.analysis == Analysis::Settle && !pulled)
+    now.friction = std::max(now.friction, kSettles);
   return now;
 }
 
