@@ -10,24 +10,26 @@ constexpr double kNear = 0.1;  // of a block: steps call a mechanism what leaves
 constexpr double kStiff = 1e-6;
 
 /// Of such springs at least, N/m3.
-double least_stiffness(const solver::Scene& scene) {
+double least_stiffness(const solver::EquilibriumProblem& problem) {
   double load = 0.0, size = geometry::kLargestCoordinate;
-  for (const solver::Vector6& one : solver::block_loads(scene)) load += one.head<3>().norm();
-  for (const solver::Block& block : scene.blocks) size = std::min(size, block.shape->diameter());
+  for (const solver::EquilibriumBlock& block : problem.blocks) {
+    load += block.load.head<3>().norm();
+    if (block.moves) size = std::min(size, block.size);
+  }
   return load / (kStiff * size * size * size);
 }
 
 /// Whether a joint has springs that blocks load by moving, or that break as they are loaded.
-bool has_soft_springs(const solver::Scene& scene) {
-  std::vector<solver::Joint> springs{scene.joint};
-  for (const solver::PairJoint& pair : scene.pair_joints) springs.push_back(pair.joint);
-  for (const solver::BlockJoint& block : scene.block_joints) springs.push_back(block.joint);
-  std::erase_if(springs, [](const solver::Joint& j) { return !(j.normal_stiffness > 0.0); });
-  const double least = springs.empty() ? 0.0 : least_stiffness(scene);
-  return std::ranges::any_of(springs, [&](const solver::Joint& j) {
-    return j.tension > 0.0 || j.cohesion > 0.0 ||
-           std::min(j.normal_stiffness, j.shear_stiffness) < least;
-  });
+bool has_soft_springs(const solver::Scene& scene, const solver::EquilibriumProblem& problem) {
+  const double least = least_stiffness(problem);
+  const auto soft = [&](const solver::Joint& joint) {
+    return joint.normal_stiffness > 0.0 &&
+           (joint.tension > 0.0 || joint.cohesion > 0.0 ||
+            std::min(joint.normal_stiffness, joint.shear_stiffness) < least);
+  };
+  return soft(scene.joint) ||
+         std::ranges::any_of(scene.pair_joints, soft, &solver::PairJoint::joint) ||
+         std::ranges::any_of(scene.block_joints, soft, &solver::BlockJoint::joint);
 }
 
 }  // namespace
@@ -68,12 +70,12 @@ bool may_be_proved(const solver::Simulation& run, const Stage& stage) {
   return stage.analysis == solver::Analysis::Static && !(stage.until_moved > 0.0) &&
          run.options().method == solver::ContactMethod::AugmentedLagrangian &&
          !run.options().distributed_solver && scene.ties.empty() && scene.quiet_faces.empty() &&
-         scene.pressure_loads.empty() &&  // they change as blocks move
-         !has_soft_springs(scene);
+         scene.pressure_loads.empty();  // they change as blocks move
 }
 
 std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run) {
   solver::EquilibriumProblem problem = solver::equilibrium_problem(run, kNear);
+  if (has_soft_springs(run.scene(), problem)) return nullptr;
   solver::Equilibrium found = solver::find_mechanism(problem);
   if (found.verdict != solver::EquilibriumVerdict::Mechanism) return nullptr;
   return std::make_shared<const MechanismProof>(standing_scene(run), std::move(problem),
@@ -82,7 +84,8 @@ std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& r
 
 bool is_admissible(const solver::Simulation& run) {
   const auto problem = solver::equilibrium_problem(run, kNear);
-  return solver::find_equilibrium(problem).verdict == solver::EquilibriumVerdict::Admissible;
+  return !has_soft_springs(run.scene(), problem) &&
+         solver::find_equilibrium(problem).verdict == solver::EquilibriumVerdict::Admissible;
 }
 
 }  // namespace quoin::scene_file

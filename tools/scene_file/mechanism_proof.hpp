@@ -21,15 +21,15 @@ struct MechanismProof {
   int fastest() const;  ///< block
 };
 
-/// Whether a mechanism can be asked for: not of soft springs, which blocks load by moving, of
-/// stages whose blocks shall move, of the source's methods and of several processes.
+/// Whether a mechanism can be asked for: not of stages whose blocks shall move, of the source's
+/// methods and of several processes.
 bool may_be_proved(const solver::Simulation& run, const Stage& stage);
 
 /// A mechanism of the run as it stands, which leaves what a tenth of the blocks' sizes can reach;
-/// null: forces may exist.
+/// null: forces may exist, or there are soft springs, which blocks load by moving.
 std::shared_ptr<const MechanismProof> find_mechanism(const solver::Simulation& run);
 
-/// Whether admissible forces hold the run as it stands.
+/// Whether admissible forces hold the run as it stands; false where there are soft springs.
 bool is_admissible(const solver::Simulation& run);
 
 }  // namespace quoin::scene_file
