@@ -2,8 +2,10 @@
 /// have parted, those of islands at rest whatever becomes of the others.
 
 #include <algorithm>
+#include <cmath>
 #include <quoin/geometry/build.hpp>
 #include <quoin/solver.hpp>
+#include <random>
 #include <sstream>
 
 #include "support/catch.hpp"
@@ -97,4 +99,29 @@ TEST_CASE("The best try of one island leaves the bonds of another at rest") {
   }
   REQUIRE(failed > 0);
   CHECK(simulation.displacement(2, Vector3::Zero()).norm() < 1e-9);
+}
+
+TEST_CASE("A joint of faces that are flush but for rounding has the area of both, and its bonds") {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  const auto vector = [&](double size) {
+    return Vector3(size * Vector3(any(random), any(random), any(random)));
+  };
+  for (int i = 0; i < 100; ++i) {
+    Scene scene{
+        .joint = {
+            .cohesion = 1e6, .tension = 1e6, .normal_stiffness = 1e9, .shear_stiffness = 1e9}};
+    scene.add_fixed(make_box({0, 0, 1}, {1, 1, 2}));
+    Block& hung = add_cube(scene, {3e-9 * any(random), 3e-9 * any(random), 0}, vector(1e-4));
+    hung.placement.linear = Eigen::AngleAxisd(3e-9 * any(random), Vector3::UnitZ()).matrix();
+    hung.angular_velocity = vector(1e-4);
+    Simulation simulation(scene, {.time_step = 1e-3});
+    for (int step = 0; step < 100; ++step) {
+      REQUIRE(simulation.advance().status == StepStatus::Converged);
+      double area = 0.0;
+      for (const Contact& contact : simulation.state().contacts)
+        area += contact.failed ? 0.0 : contact.spring_area;
+      CHECK(std::abs(area - 1.0) < 1e-6);
+    }
+  }
 }

@@ -19,6 +19,7 @@ using Corners = std::vector<Corner>;
 constexpr double kNearCorner = 0.3;
 constexpr double kAtCorner = 0.9;  // what a contact at a corner has left of it, at least
 constexpr double kOnLine = 1e-9;   // of a side: what lies no farther beyond it lies on it
+constexpr double kNoSide = 1e-6;   // of the longest: what that makes of corners is shorter
 
 /// A block seen from A's centroid.
 struct SeenBlock {
@@ -91,15 +92,22 @@ Corners left_of(const Corners& polygon, const Corner& line, const Vector2d& q) {
   return part;
 }
 
-/// Without corners that are none: of sides that lie over each other, and cross by rounding.
+/// Without sides and corners that are none: of sides that lie over each other, and cross by
+/// rounding.
 Corners without_straight(const Corners& polygon) {
-  Corners corners;
-  const std::size_t n = polygon.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2d& before = corners.empty() ? polygon[n - 1].place : corners.back().place;
-    const Vector2d to = polygon[i].place - before;
-    const Vector2d from = polygon[(i + 1) % n].place - polygon[i].place;
-    if (cross(to, from) > kStraight * to.norm() * from.norm()) corners.push_back(polygon[i]);
+  const auto side = [](const Corners& of, std::size_t i) -> Vector2d {
+    return of[(i + 1) % of.size()].place - of[i].place;
+  };
+  double longest = 0.0;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    longest = std::max(longest, side(polygon, i).norm());
+  Corners sides, corners;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    if (side(polygon, i).norm() > kNoSide * longest) sides.push_back(polygon[i]);
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Vector2d& before = corners.empty() ? sides.back().place : corners.back().place;
+    const Vector2d to = sides[i].place - before, from = side(sides, i);
+    if (cross(to, from) > kStraight * to.norm() * from.norm()) corners.push_back(sides[i]);
   }
   return corners;
 }
