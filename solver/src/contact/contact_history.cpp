@@ -294,16 +294,15 @@ void take_over_corners(const CarryOptions& options, std::span<BodyContact> joint
   }
 }
 
-/// Springs of the joint as the blocks stand.
-void set_springs(const CarryOptions& options, std::span<const Contact> before,
-                 std::span<BodyContact> joint) {
+/// Springs of the joint as the blocks stand; those of one that is laid have nothing stored yet.
+void note_springs(const CarryOptions& options, std::span<const Contact> before,
+                  std::span<BodyContact> joint, std::vector<ChangedSprings>& changed) {
   const BodyContact& first = joint.front();
   if (!(first.joint->normal_stiffness > 0.0)) return;
-  const JointBlocks blocks = blocks_of(options, first);
-  const bool laid = std::ranges::any_of(joint, &BodyContact::laid);
+  if (std::ranges::any_of(joint, &BodyContact::laid)) return;
   std::vector<Contact> kept;
-  if (!laid)
-    keep_stored_energy(blocks, of_joint(options, before, first, kept), options.dynamic, joint);
+  changed.push_back(
+      changed_springs(blocks_of(options, first), of_joint(options, before, first, kept), joint));
 }
 
 /// Faces that a joint has opened, by dilation or where a block rocks, are parallel no more, and
@@ -386,11 +385,13 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   }
   const auto has_parts = [](const BodyContact& c) { return c.part_a != 0 || c.part_b != 0; };
   if (std::ranges::any_of(contacts, has_parts)) std::ranges::sort(contacts, {}, joint_order);
+  std::vector<ChangedSprings> changed;
   each_joint(contacts, [&](std::span<BodyContact> joint) {
     if (by_area) take_over_corners(options, joint);
-    set_springs(options, before, joint);
+    note_springs(options, before, joint, changed);
     keep_areas(options, before, joint);
   });
+  keep_stored_energy(changed, options.dynamic);
   std::erase_if(contacts, [](const BodyContact& contact) { return contact.beside_springs; });
   for (BodyContact& contact : contacts) contact.opening = opening(*contact.joint, contact.state);
   each_joint(contacts, share_penalty);

@@ -60,11 +60,6 @@ void raise_to_least(const JointBlocks& blocks, std::span<BodyContact> joint) {
   }
 }
 
-/// Of a contact, J.
-struct Stored {
-  double normal = 0.0, shear = 0.0;
-};
-
 /// Of a gap, m: the joint's opening is that of the contact.
 double normal_stretch(const Joint& joint, const Contact& contact, double gap) {
   const double stretch = gap - opening(joint, contact);
@@ -72,9 +67,9 @@ double normal_stretch(const Joint& joint, const Contact& contact, double gap) {
 }
 
 /// `gap` (m) and `normal`: as the contact's blocks have it.
-Stored stored(const JointBlocks& blocks, const Joint& joint, const Contact& contact, double gap,
-              const Vector3& normal) {
-  Stored energy;
+StoredEnergy stored(const JointBlocks& blocks, const Joint& joint, const Contact& contact,
+                    double gap, const Vector3& normal) {
+  StoredEnergy energy;
   const double stretch = normal_stretch(joint, contact, gap);
   energy.normal = 0.5 * joint.normal_stiffness * contact.spring_area * stretch * stretch;
   if (contact.mode == ContactMode::Open) return energy;
@@ -83,20 +78,21 @@ Stored stored(const JointBlocks& blocks, const Joint& joint, const Contact& cont
   return energy;
 }
 
-void add(const Stored& one, Stored& sum) {
+void add(const StoredEnergy& one, StoredEnergy& sum) {
   sum.normal += one.normal;
   sum.shear += one.shear;
 }
 
-Stored stored(const JointBlocks& blocks, const Joint& joint, std::span<const Contact> contacts) {
-  Stored sum;
+StoredEnergy stored(const JointBlocks& blocks, const Joint& joint,
+                    std::span<const Contact> contacts) {
+  StoredEnergy sum;
   for (const Contact& contact : contacts)
     add(stored(blocks, joint, contact, contact.point.gap, contact.point.normal), sum);
   return sum;
 }
 
-Stored stored(const JointBlocks& blocks, std::span<const BodyContact> joint) {
-  Stored sum;
+StoredEnergy stored(const JointBlocks& blocks, std::span<const BodyContact> joint) {
+  StoredEnergy sum;
   for (const BodyContact& contact : joint) {
     const ContactGeometry now = contact_geometry(contact, blocks.a, blocks.b);
     add(stored(blocks, *contact.joint, contact.state, now.gap, now.normal), sum);
@@ -129,9 +125,33 @@ void level_anchors(const JointBlocks& blocks, const Vector3& normal, Contact& co
   contact.anchor_b -= reference_arm(blocks.b, beside);
 }
 
-/// Of stretches that would store `now` (J) and may store `before`; none at all: 1.
-double share_left(double before, double now) {
-  return now > (1.0 + kSameEnergy) * before ? std::sqrt(before / now) : 1.0;
+using Kind = double StoredEnergy::*;
+
+/// On the area that a joint has kept.
+double kept(const ChangedSprings& changed, Kind kind) {
+  if (!(changed.now.*kind < changed.whole.*kind)) return changed.had.*kind;
+  return changed.now.*kind / (changed.whole.*kind) * changed.had.*kind;
+}
+
+double lack(const ChangedSprings& changed, Kind kind) {
+  return std::max(0.0, changed.now.*kind - kept(changed, kind));
+}
+
+/// Of what joints lack, how much there is of what they had on area that is lost.
+double covered(std::span<const ChangedSprings> joints, Kind kind) {
+  double lost = 0.0, lacks = 0.0;
+  for (const ChangedSprings& changed : joints) {
+    lost += changed.had.*kind - kept(changed, kind);
+    lacks += lack(changed, kind);
+  }
+  return lost < lacks ? lost / lacks : 1.0;
+}
+
+/// Of the stretches by the whole overlap, where `share` of what is lacking is there.
+double share_left(const ChangedSprings& changed, Kind kind, double share) {
+  const double now = changed.now.*kind;
+  const double energy = kept(changed, kind) + share * lack(changed, kind);
+  return now > (1.0 + kSameEnergy) * energy ? std::sqrt(energy / now) : 1.0;
 }
 
 }  // namespace
@@ -156,22 +176,38 @@ void set_spring_areas(const JointBlocks& blocks, const JointPolygon& polygon,
   if (!whole || !(polygon.area >= least_area(blocks))) raise_to_least(blocks, joint);
 }
 
-void keep_stored_energy(const JointBlocks& blocks, std::span<const Contact> before, bool dynamic,
-                        std::span<BodyContact> joint) {
+ChangedSprings changed_springs(const JointBlocks& blocks, std::span<const Contact> before,
+                               std::span<BodyContact> joint) {
   for (BodyContact& contact : joint) {
     if (contact.state.mode != ContactMode::Open) continue;
     level_anchors(blocks, contact_normal(contact, blocks.a, blocks.b), contact.state);
   }
-  const Stored had = stored(blocks, *joint.front().joint, before);
-  const Stored now = stored(blocks, joint);
-  const double normal = dynamic ? share_left(had.normal, now.normal) : 1.0;
-  const double shear = dynamic ? share_left(had.shear, now.shear) : 1.0;
-  if (normal < 1.0) offset_springs(blocks, normal, joint);
-  if (shear < 1.0) reduce_shear(blocks, shear, joint);
-  // One that is kept.
-  BodyContact& part = *std::ranges::find(joint, false, &BodyContact::beside_springs);
-  part.spring_loss =
-      had.normal + had.shear - normal * normal * now.normal - shear * shear * now.shear;
+  const Joint& law = *joint.front().joint;
+  ChangedSprings changed{blocks, joint, stored(blocks, law, before), {}, stored(blocks, joint)};
+  changed.whole.shear = changed.had.shear;
+  for (Contact contact : before) {
+    contact.spring_offset = 0.0;
+    changed.whole.normal +=
+        stored(blocks, law, contact, contact.point.gap, contact.point.normal).normal;
+  }
+  return changed;
+}
+
+void keep_stored_energy(std::span<const ChangedSprings> joints, bool dynamic) {
+  constexpr Kind kNormal = &StoredEnergy::normal, kShear = &StoredEnergy::shear;
+  const double of_normal = dynamic ? covered(joints, kNormal) : 1.0;
+  const double of_shear = dynamic ? covered(joints, kShear) : 1.0;
+  for (const ChangedSprings& changed : joints) {
+    const auto& [blocks, joint, had, whole, now] = changed;
+    const double normal = share_left(changed, kNormal, of_normal);
+    const double shear = share_left(changed, kShear, of_shear);
+    if (normal < 1.0) offset_springs(blocks, normal, joint);
+    if (shear < 1.0) reduce_shear(blocks, shear, joint);
+    // One that is kept.
+    BodyContact& part = *std::ranges::find(joint, false, &BodyContact::beside_springs);
+    part.spring_loss =
+        had.normal + had.shear - normal * normal * now.normal - shear * shear * now.shear;
+  }
 }
 
 void begin_spring(const JointBlocks& blocks, BodyContact& contact) {

@@ -6,10 +6,11 @@
 /// block lifts does not go over to others, and they have it when they come down.
 ///
 /// Springs go by their whole overlap, E = sum k A o^2 / 2. Where areas have changed since the last
-/// step, or contacts have come in that overlap, that may be more than they have stored. Then all
-/// stretches are reduced by one factor, so that the energy is the same: the gap at which a spring
-/// is unstressed is offset. As soon as there is energy for it the springs have their whole overlap
-/// again.
+/// step, or contacts have come in that overlap, that may be more than they have stored. What joints
+/// had on area that they have lost goes to those that have gained, as where a block slides from one
+/// support to the next. If it is too little, all stretches of a joint are reduced by one factor:
+/// the gap at which a spring is unstressed is offset. As soon as there is energy for it the springs
+/// have their whole overlap again.
 
 #include "contact/joint_area.hpp"
 
@@ -23,10 +24,26 @@ Vector3 shear_stretch(const Pose& a, const Pose& b, const Vector3& normal, const
 void set_spring_areas(const JointBlocks& blocks, const JointPolygon& polygon,
                       std::span<BodyContact> joint);
 
-/// Offsets of the springs, and shear stretches, with no more energy than was stored; in statics the
-/// whole overlaps. `before`: contacts of the pair as the last step left them.
-void keep_stored_energy(const JointBlocks& blocks, std::span<const Contact> before, bool dynamic,
-                        std::span<BodyContact> joint);
+/// In springs, J.
+struct StoredEnergy {
+  double normal = 0.0, shear = 0.0;
+};
+
+/// A joint whose springs act on other areas than in the last step.
+struct ChangedSprings {
+  JointBlocks blocks;
+  std::span<BodyContact> joint;
+  StoredEnergy had;    ///< as the last step left them
+  StoredEnergy whole;  ///< as that would have been by the whole overlaps
+  StoredEnergy now;    ///< by the whole overlaps on the areas as they are
+};
+/// `before`: contacts of the pair as the last step left them.
+ChangedSprings changed_springs(const JointBlocks& blocks, std::span<const Contact> before,
+                               std::span<BodyContact> joint);
+
+/// Offsets of the springs, and shear stretches, with no more energy than was stored in all; in
+/// statics the whole overlaps.
+void keep_stored_energy(std::span<const ChangedSprings> joints, bool dynamic);
 
 /// A contact that an attempt has missed: its spring is unstressed as the step starts, where the
 /// blocks stand now.
