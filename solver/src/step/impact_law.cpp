@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/index.hpp"
 #include "contact/contact_history.hpp"
@@ -450,7 +451,9 @@ void record_impulses(const ImpactStep& at, std::span<const BodyContact> contacts
     set_force_on_b(force_on_b(ended) + share(slot) * in_world(contact, ended.point.normal, force),
                    ended);
     if (c != nullptr) {
-      limit_force(c->friction, 0.5 * c->cohesion, contact.was_bonded, ended);
+      const bool stuck = c->law == ContactLaw::Stuck;  // its joint is judged as a whole
+      const double cohesion = stuck ? std::numeric_limits<double>::infinity() : 0.5 * c->cohesion;
+      limit_force(c->friction, cohesion, contact.was_bonded, ended);
     } else {
       const JointStrength bears = strength(*contact.joint, contact.state);
       limit_force(bears.friction, bears.cohesion * ended.point.area, contact.was_bonded, ended);
