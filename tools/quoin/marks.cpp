@@ -53,12 +53,17 @@ Vector3 area_of(const solver::PressureLoad& load) {
   return 0.5 * sum;
 }
 
+bool is_wet(const solver::PressureLoad& load) {
+  return load.field->value(middle_of(load.corners), 0.0) > 0.0;
+}
+
 /// Whether loads that take off what joints bear leave nothing of a face.
 bool is_taken_off(std::span<const solver::PressureLoad> all, const solver::PressureLoad& load) {
   const Vector3 area = area_of(load);
   double left = area.norm();
   for (const solver::PressureLoad& other : all) {
     if (other.factor > 0.0 || other.block != load.block || other.field != load.field) continue;
+    if (is_wet(other) != is_wet(load)) continue;
     const Vector3 away = other.corners[0] - load.corners[0], covered = area_of(other);
     const bool on_it = std::abs(away.dot(area.normalized())) < 1e-6 * std::sqrt(area.norm());
     if (on_it && covered.dot(area) > 0.999 * covered.norm() * area.norm()) left -= covered.norm();

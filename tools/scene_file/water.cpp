@@ -1,6 +1,7 @@
 #include "scene_file/water.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace quoin::scene_file {
 namespace {
@@ -9,6 +10,37 @@ using geometry::Vector3;
 using solver::BlockKind;
 
 constexpr double kParallel = 1.0 - 1e-4;  // cosine: 0.8 degrees
+constexpr int kHalvings = 60;             // of an edge, to its last bit
+
+/// Where water begins on the edge from `dry` to `wet`.
+Vector3 waterline(const solver::PressureField& field, Vector3 dry, Vector3 wet) {
+  for (int i = 0; i < kHalvings; ++i) {
+    const Vector3 middle = 0.5 * (dry + wet);
+    (field.value(middle, 0.0) > 0.0 ? wet : dry) = middle;
+  }
+  return dry;
+}
+
+/// What of a polygon is dry at the start, and what is wet: pressure grows linearly from a waterline
+/// on, and is no line across it.
+std::array<std::vector<Vector3>, 2> at_waterline(const solver::PressureField& field,
+                                                 const std::vector<Vector3>& corners) {
+  std::array<std::vector<Vector3>, 2> parts;
+  const auto add = [&](bool wet, const Vector3& place) {
+    std::vector<Vector3>& part = parts[wet];
+    if (part.empty() || (part.back() != place && part.front() != place)) part.push_back(place);
+  };
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vector3 &from = corners[i], &to = corners[(i + 1) % corners.size()];
+    const bool wet = field.value(from, 0.0) > 0.0;
+    add(wet, from);
+    if (wet == (field.value(to, 0.0) > 0.0)) continue;
+    const Vector3 place = wet ? waterline(field, to, from) : waterline(field, from, to);
+    add(false, place);
+    add(true, place);
+  }
+  return parts;
+}
 
 /// Adds the loads of one entry.
 class Wetting {
@@ -20,7 +52,7 @@ class Wetting {
     const bool of_two = joint.a != joint.b;
     add(joint.a, joint.normal, corners, factor, of_two ? joint.b : -1);
     std::ranges::reverse(corners);
-    add(joint.b, -joint.normal, std::move(corners), factor, of_two ? joint.a : -1);
+    add(joint.b, -joint.normal, corners, factor, of_two ? joint.a : -1);
   }
 
   void faces(int index) {
@@ -31,25 +63,28 @@ class Wetting {
         std::vector<Vector3> corners;
         for (const int v : part.topology().face(f)) corners.push_back(body.vertex(v));
         const Vector3 normal = (body.cofactors() * part.face_normal(f)).normalized();
-        add(index, normal, std::move(corners), 1.0);
+        add(index, normal, corners, 1.0);
       }
     }
   }
 
  private:
   /// `normal`: outward of the block.
-  void add(int block, const Vector3& normal, std::vector<Vector3> corners, double factor,
+  void add(int block, const Vector3& normal, const std::vector<Vector3>& corners, double factor,
            int across = -1) {
     const BlockKind kind = scene_.blocks[static_cast<std::size_t>(block)].kind;
     if (kind != BlockKind::Rigid && kind != BlockKind::Deformable) return;
     if (water_.towards && normal.dot(water_.towards->normalized()) < kParallel) return;
     if (!water_.wets(block)) return;
-    scene_.pressure_loads.push_back({.block = block,
-                                     .corners = std::move(corners),
-                                     .field = water_.field,
-                                     .factor = factor,
-                                     .divisions = water_.divisions,
-                                     .across = across});
+    for (std::vector<Vector3>& part : at_waterline(*water_.field, corners)) {
+      if (part.size() < 3) continue;
+      scene_.pressure_loads.push_back({.block = block,
+                                       .corners = std::move(part),
+                                       .field = water_.field,
+                                       .factor = factor,
+                                       .divisions = water_.divisions,
+                                       .across = across});
+    }
   }
 
   const Water& water_;
