@@ -64,11 +64,11 @@ class Sum {
       const geometry::ContactPoint& point = contact.point;
       joint_.closed += contact.mode != solver::ContactMode::Open ? 1 : 0;
       joint_.gap = std::min(joint_.gap, point.gap);
-      joint_.area += point.area;
+      joint_.area += contact.area();
       joint_.normal_force += contact.normal_force;
       joint_.normal += point.normal;
       joint_.force += force_on_b(contact);
-      middle += point.area * point.point();
+      middle += contact.area() * point.point();
       mean += point.point() / joint_.points;
       pressed += contact.normal_force * point.point();
     }

@@ -508,10 +508,10 @@ void RunFiles::write_contacts(const StepView& view) {
     contacts_->text(geometry::name(point.type)).text(name(contact.mode));
     contacts_->number(long{solver::has_failed(view.simulation.scene(), contact)});
     contacts_->numbers(state.origin + point.point());
-    contacts_->numbers(point.normal).number(point.gap).number(point.area).number(contact.slip);
+    contacts_->numbers(point.normal).number(point.gap).number(contact.area()).number(contact.slip);
     contacts_->number(contact.normal_force).number(shear);
     for (const double force : {contact.normal_force, shear})
-      point.area > 0 ? contacts_->number(force / point.area) : contacts_->text("");  // no stress
+      contact.area() > 0 ? contacts_->number(force / contact.area()) : contacts_->text("");
     contacts_->numbers(contact.normal_force * point.normal - contact.shear_force).end_line();
   }
   contacts_->flush();

@@ -290,7 +290,7 @@ void write_contact_data(Appended& file, const Scene& scene, std::span<const Cont
   integers("state", [](C c) { return c.mode; });
   integers("failed", [&](C c) { return has_failed(scene, c); });
   numbers("gap", [](C c) { return c.point.gap; });
-  numbers("area", [](C c) { return c.point.area; });
+  numbers("area", [](C c) { return c.area(); });
   numbers("slip", [](C c) { return c.slip; });
   numbers("normal_force", [](C c) { return c.normal_force; });
   numbers("shear_force", [](C c) { return c.shear_force.norm(); });

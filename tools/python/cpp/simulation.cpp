@@ -289,7 +289,7 @@ class Simulation {
            .point = {},
            .normal = {},
            .gap = p.gap,
-           .area = p.area,
+           .area = c.area(),
            .normal_force = c.normal_force,
            .shear_force = {},
            .slip = c.slip};

@@ -44,6 +44,9 @@ struct Contact {
   double spring_offset = 0.0;          ///< of the gap at which its spring is unstressed, m
   Vector3 anchor_a = Vector3::Zero();  ///< reference arms of the stuck point on A and on B, m:
   Vector3 anchor_b = Vector3::Zero();  ///< while it sticks both stand at the same place
+
+  /// That faces share here or, where they lean on springs, that these act on, m2.
+  double area() const { return point.area > 0.0 ? point.area : spring_area; }
 };
 
 /// A tie with its history, as it is at the end of the step.
