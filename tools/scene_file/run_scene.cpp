@@ -153,7 +153,7 @@ class Watch {
       const Vector3 carried = solver::local_point(state, ground, start_.ground_arms[m]);
       const Vector3 spin = carrier.rotation * carrier.angular_velocity;
       value.displacement = place - carried;
-      value.velocity -= carrier.velocity + spin.cross(place - carrier.centroid);
+      value.velocity -= carrier.velocity + spin.cross(carried - carrier.centroid);
       value.angular_velocity -= spin;
       turned = (carrier.rotation * start_.ground_rotations[m].conjugate()).conjugate() * turned;
     }
