@@ -20,16 +20,24 @@ Slots make_slots(const std::vector<int>& unknowns_of_block,
   return slots;
 }
 
-Vector12 SquareBlocks::times(std::size_t i, const Vector12& v, bool transposed) const {
-  const double* column = values_.data() + i * area();
+namespace {
+
+template <int n>
+Vector12 times_of(const double* column, const Vector12& v, bool transposed) {
   Vector12 result = Vector12::Zero();
-  for (int k = 0; k < width_; ++k, column += width_) {
+  for (int k = 0; k < n; ++k, column += n) {
     if (transposed)
-      for (int row = 0; row < width_; ++row) result[k] += column[row] * v[row];
+      for (int row = 0; row < n; ++row) result[k] += column[row] * v[row];
     else
-      for (int row = 0; row < width_; ++row) result[row] += column[row] * v[k];
+      for (int row = 0; row < n; ++row) result[row] += column[row] * v[k];
   }
   return result;
+}
+
+}  // namespace
+
+Vector12 SquareBlocks::times(std::size_t i, const Vector12& v, bool transposed) const {
+  return (width_ == 6 ? times_of<6> : times_of<12>)(values_.data() + i * area(), v, transposed);
 }
 
 double force_size(const Vector12& force, double length) {
