@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -12,52 +11,18 @@
 namespace quoin::solver {
 namespace {
 
-using Eigen::Vector2d;
-
 // Chosen. Of the squared length of the smaller block (cube root of its volume), for all contacts of
 // a joint: what stands on an edge or a corner beside all faces has a spring, too.
 constexpr double kLeastArea = 0.01;
 constexpr double kWhole = 0.999;      // of the corners' part: contacts stand at all of them
 constexpr double kSameEnergy = 1e-9;  // more, relative, is not rounding of gaps
 
-/// Whether a place lies among others: they are seen from it in all directions, but for less than
-/// half of them.
-bool lies_among(const Vector2d& place, std::span<const Vector2d> others) {
-  if (others.size() < 2) return false;
-  std::vector<double> angles;
-  for (const Vector2d& other : others)
-    angles.push_back(std::atan2(other.y() - place.y(), other.x() - place.x()));
-  std::ranges::sort(angles);
-  double widest = angles.front() + 2.0 * std::numbers::pi - angles.back();
-  for (std::size_t i = 1; i < angles.size(); ++i)
-    widest = std::max(widest, angles[i] - angles[i - 1]);
-  return widest < std::numbers::pi + kStraight;
-}
-
-/// Contacts that lie at no corner, but among those that do, touch where these do.
-void leave_inner_out(const JointPlane& plane, const Pose& a, std::span<BodyContact> joint) {
-  std::vector<Vector2d> corners;
-  for (const BodyContact& contact : joint)
-    if (contact.state.spring_area > 0.0) corners.push_back(plane(a.shape * contact.arm_a));
-  for (BodyContact& contact : joint) {
-    if (contact.state.spring_area > 0.0) continue;
-    contact.beside_springs = lies_among(plane(a.shape * contact.arm_a), corners);
-  }
-}
-
-double least_area(const JointBlocks& blocks) {
-  const double length = std::cbrt(std::min(blocks.model_a.volume, blocks.model_b.volume));
-  return kLeastArea * length * length;
-}
-
-/// Others that lie at no corner, and corners of slivers, have their part of the least area.
+/// Where contacts do not stand at all corners each has its part of the least area.
 void raise_to_least(const JointBlocks& blocks, std::span<BodyContact> joint) {
-  const auto parts = std::ranges::count(joint, false, &BodyContact::beside_springs);
-  const double least = least_area(blocks) / static_cast<double>(parts);
-  for (BodyContact& contact : joint) {
-    if (contact.beside_springs) continue;
+  const double length = std::cbrt(std::min(blocks.model_a.volume, blocks.model_b.volume));
+  const double least = kLeastArea * length * length / static_cast<double>(joint.size());
+  for (BodyContact& contact : joint)
     contact.state.spring_area = std::max(contact.state.spring_area, least);
-  }
 }
 
 /// Of a gap, m: the joint's opening is that of the contact.
@@ -81,23 +46,6 @@ StoredEnergy stored(const JointBlocks& blocks, const Joint& joint, const Contact
 void add(const StoredEnergy& one, StoredEnergy& sum) {
   sum.normal += one.normal;
   sum.shear += one.shear;
-}
-
-StoredEnergy stored(const JointBlocks& blocks, const Joint& joint,
-                    std::span<const Contact> contacts) {
-  StoredEnergy sum;
-  for (const Contact& contact : contacts)
-    add(stored(blocks, joint, contact, contact.point.gap, contact.point.normal), sum);
-  return sum;
-}
-
-StoredEnergy stored(const JointBlocks& blocks, std::span<const BodyContact> joint) {
-  StoredEnergy sum;
-  for (const BodyContact& contact : joint) {
-    const ContactGeometry now = contact_geometry(contact, blocks.a, blocks.b);
-    add(stored(blocks, *contact.joint, contact.state, now.gap, now.normal), sum);
-  }
-  return sum;
 }
 
 /// All normal stretches but for this share of them.
@@ -172,8 +120,7 @@ void set_spring_areas(const JointBlocks& blocks, const JointPolygon& polygon,
     contact.state.spring_area = spans ? shares[i] : contact.state.point.area;
     contact.beside_springs = whole && !(contact.state.spring_area > 0.0);
   }
-  if (!whole && spans) leave_inner_out(polygon.plane, blocks.a, joint);
-  if (!whole || !(polygon.area >= least_area(blocks))) raise_to_least(blocks, joint);
+  if (!whole) raise_to_least(blocks, joint);
 }
 
 ChangedSprings changed_springs(const JointBlocks& blocks, std::span<const Contact> before,
@@ -182,13 +129,17 @@ ChangedSprings changed_springs(const JointBlocks& blocks, std::span<const Contac
     if (contact.state.mode != ContactMode::Open) continue;
     level_anchors(blocks, contact_normal(contact, blocks.a, blocks.b), contact.state);
   }
+  ChangedSprings changed{blocks, joint, {}, {}, {}};
   const Joint& law = *joint.front().joint;
-  ChangedSprings changed{blocks, joint, stored(blocks, law, before), {}, stored(blocks, joint)};
-  changed.whole.shear = changed.had.shear;
   for (Contact contact : before) {
+    const geometry::ContactPoint& point = contact.point;
+    add(stored(blocks, law, contact, point.gap, point.normal), changed.had);
     contact.spring_offset = 0.0;
-    changed.whole.normal +=
-        stored(blocks, law, contact, contact.point.gap, contact.point.normal).normal;
+    add(stored(blocks, law, contact, point.gap, point.normal), changed.whole);
+  }
+  for (const BodyContact& contact : joint) {
+    const ContactGeometry now = contact_geometry(contact, blocks.a, blocks.b);
+    add(stored(blocks, law, contact.state, now.gap, now.normal), changed.now);
   }
   return changed;
 }
