@@ -55,13 +55,12 @@ struct PosedPart {
   PosedBlock posed;
 };
 
-/// `limit` says how far behind a face's plane the two may be, m.
-template <typename Limit>
-void append_planes(const PosedPart& owner, const PosedPart& other, const Limit& limit,
+/// `limit`: how far behind a face's plane the two may be, m.
+void append_planes(const PosedPart& owner, const PosedPart& other, double limit,
                    std::vector<FacePlane>& planes) {
   const auto [first, end] = faces_of(owner.posed.model, owner.part);
   for (int f = first; f < end; ++f)
-    if (separation(owner.posed, f, other.posed, other.part) >= -limit(owner, f))
+    if (separation(owner.posed, f, other.posed, other.part) >= -limit)
       planes.push_back({owner.block, other.block, other.part, f});
 }
 
@@ -121,68 +120,35 @@ class SunkBlocks {
  public:
   SunkBlocks(const SubStep& step, std::span<const BodyContact> contacts) {
     for (const BodyContact& contact : contacts) {
-      const geometry::ContactPoint& point = contact.state.point;
-      if (!contact.was_closed || !(point.gap < 0.0) || !has_spring(step, contact)) continue;
+      const double gap = contact.state.point.gap;
+      if (!contact.was_closed || !(gap < 0.0) || !has_spring(step, contact)) continue;
       for (const int block : {contact.a, contact.b})
-        if (step.slot_of_block[index(block)] >= 0)
-          springs_.push_back({block, point.normal, -point.gap, contact.state.next_normal_force});
+        if (step.slot_of_block[index(block)] >= 0) sunk_.push_back({block, -gap});
     }
-    std::ranges::sort(springs_, {}, &Spring::block);
+    std::ranges::sort(sunk_, {}, &Sunk::block);
   }
-  bool none() const { return springs_.empty(); }
-
   /// Twice the deepest of a block, m: a load set on springs at once sinks twice as deep as at rest.
-  double swing(int block) const { return swing(block, Vector3::Zero(), 0.0); }
-  /// Of those with that normal.
-  double swing(int block, const Vector3& normal) const { return swing(block, normal, kAlong); }
-
-  /// The largest force of a block's, N.
-  double force(int block) const {
-    double largest = 0.0;
-    for (const Spring& of : springs_of(block)) largest = std::max(largest, of.force);
-    return largest;
+  double swing(int block) const {
+    double deepest = 0.0;
+    for (const Sunk& of : std::ranges::equal_range(sunk_, block, {}, &Sunk::block))
+      deepest = std::max(deepest, of.depth);
+    return 2.0 * deepest;
   }
 
  private:
-  static constexpr double kSwing = 2.0;
-  static constexpr double kAlong = 0.9;  // cosine
-
-  struct Spring {
-    int block = -1;
-    Vector3 normal = Vector3::Zero();
-    double depth = 0.0;  // m
-    double force = 0.0;  // N
+  struct Sunk {
+    int block;
+    double depth;  // m
   };
-  std::span<const Spring> springs_of(int block) const {
-    return std::ranges::equal_range(springs_, block, {}, &Spring::block);
-  }
-  double swing(int block, const Vector3& normal, double along) const {
-    double deepest = 0.0;
-    for (const Spring& of : springs_of(block))
-      if (std::abs(of.normal.dot(normal)) >= along) deepest = std::max(deepest, of.depth);
-    return kSwing * deepest;
-  }
-
-  std::vector<Spring> springs_;  // by block
+  std::vector<Sunk> sunk_;  // by block
 };
 
-/// Of what bears a block: a pair with more is none that touches a border alone.
-constexpr double kTouches = 1e-2;
-
-/// Whether a pair touches as a block on springs that stands at the border of its support touches
-/// the side of the next: no farther than it has sunk, and next to no force.
-bool touches_border(const SubStep& step, const SunkBlocks& sunk,
-                    std::span<const BodyContact> pair) {
-  const int a = pair.front().a, b = pair.front().b;
-  double area = 0.0, force = 0.0;
-  for (const BodyContact& contact : pair) {
-    if (contact.state.bonded || !has_spring(step, contact)) return false;
-    area += contact.state.point.area;
-    force += contact.state.next_normal_force;
-  }
-  const double touches = kTouches * std::max(sunk.force(a), sunk.force(b));
-  return area <= std::max(sunk.swing(a), sunk.swing(b)) * pair_size(step.compiled, a, b) &&
-         force < touches;
+/// Whether a pair may touch as a block on springs that stands at the border of its support touches
+/// the side of the next.
+bool touches_border(const SubStep& step, std::span<const BodyContact> pair) {
+  return std::ranges::all_of(pair, [&](const BodyContact& contact) {
+    return !contact.state.bonded && has_spring(step, contact);
+  });
 }
 
 /// Least gap of a joint's contacts among these points, sorted by key; 0 where none is negative, m.
@@ -210,17 +176,12 @@ void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContac
     const double deepest = std::max(sunk.swing(c.a), sunk.swing(c.b)), most = limit + deepest;
     const bool touches = std::ranges::any_of(pair, &BodyContact::was_closed);
     planes.clear();
-    if (!touches || touches_border(step, sunk, pair)) {
-      const auto allowed = [&](const PosedPart& owner, int face) {
-        if (sunk.none()) return limit;
-        const Vector3 normal = face_normal(owner.posed, face);
-        return limit + std::max(sunk.swing(c.a, normal), sunk.swing(c.b, normal));
-      };
+    if (!touches || touches_border(step, pair)) {
       const PosedPart a{c.a, c.part_a, posed(step.compiled, step.state, c.a)};
       const PosedPart b{c.b, c.part_b, posed(step.compiled, step.state, c.b)};
       planes.reserve(kPlanes);
-      append_planes(a, b, allowed, planes);
-      append_planes(b, a, allowed, planes);
+      append_planes(a, b, most, planes);
+      append_planes(b, a, most, planes);
     }
     if (!planes.empty() &&
         passes(step, most, deepest, touches ? kAcross : kSamePlane, pair, planes)) {

@@ -28,8 +28,8 @@ struct PassingPair {
 /// last step, would close in this one by the motion they have, and are then kept farther apart by a
 /// face's plane other than that of their contacts, and adds them to `aside`. `limit`: m, an overlap
 /// that is none. Blocks on springs have sunk into their support, and would hit the side of the next
-/// one as they slide onto it: for them twice that depth is no overlap, either, along the springs'
-/// normals, and pairs that touch a border with next to no force are taken out, too.
+/// one as they slide onto it: for them twice that depth is no overlap, either, and pairs that touch
+/// are taken out, too, unless bonded.
 void set_aside_passing(const SubStep& step, double limit, std::vector<BodyContact>& contacts,
                        std::vector<PassingPair>& aside);
 
