@@ -268,6 +268,30 @@ bool add_integration_points(const CarryOptions& options, std::vector<BodyContact
   return true;
 }
 
+/// Of a block: so near each other corners of a joint are one.
+constexpr double kOneCorner = 1e-6;
+constexpr double kElsewhere = 10.0;  // times as far as another: a key that has gone to it
+
+/// Corners of joints that act by area have the history of what was at their place: sides of two
+/// faces that lie over each other cross at one end and then at the other, with the same key, and
+/// corners of both are one that has either key.
+void stay_in_place(std::span<const BodyContact> contacts, const CarryOptions& options,
+                   std::span<const Contact> before, std::vector<int>& previous) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactPoint& point = contacts[i].state.point;
+    if (!acts_by_area(*contacts[i].joint) || is_inner(point.key)) continue;
+    const auto away = [&](const Contact& c) { return (c.point.point() - point.point()).norm(); };
+    const double near = kOneCorner * smaller_size(options, contacts[i]);
+    const double own = previous[i] < 0 ? kElsewhere * near : away(before[index(previous[i])]);
+    if (own <= near) continue;
+    const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
+    for (const Contact& c :
+         std::ranges::equal_range(before, std::pair(contacts[i].a, contacts[i].b), {}, pair))
+      if (!is_inner(c.point.key) && kElsewhere * away(c) < own)
+        previous[i] = static_cast<int>(&c - before.data());
+  }
+}
+
 /// An inner point that comes to a closed joint, as one of a law that is given later, has the state
 /// of the corner next to it.
 void take_over_corners(const CarryOptions& options, std::span<BodyContact> joint) {
@@ -374,6 +398,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   for (const ContactPoint& point : found) contacts.push_back(make_contact(blocks, point, last));
   const bool by_area = add_integration_points(options, contacts);
   geometry::match_previous(points_of(contacts), points_of(before), options.reach, previous);
+  if (by_area) stay_in_place(contacts, options, before, previous);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
