@@ -35,6 +35,17 @@ class Joints(FolderTest):
             self.assertAlmostEqual(float(joints[1]["gap"]), gap, places=5)
             self.assertEqual(joints[1]["edge_stress"], "")
 
+    def test_a_joint_on_springs_that_leans_tells_its_area(self):
+        joint = {"friction_angle_deg": 45, "normal_stiffness": 1e9, "shear_stiffness": 5e8}
+        load = {"type": "point", "block": "cube", "point": [x + y for x, y in zip(FAR, (0.6, 0.5, 1))],
+                "force": [0, 0, -2000]}
+        self.run_scene(cube_on_floor([{"analysis": "static"}], joint=joint, loads=[load]))
+        row, = self.rows("joints.csv")
+        self.assertAlmostEqual(float(row["area"]), 1, places=6)
+        self.assertAlmostEqual(float(row["normal_stress"]), 12000, places=1)
+        self.assertGreater(float(row["edge_stress"]), 12000)
+        self.assertAlmostEqual(sum(float(point["area"]) for point in self.rows("contacts.csv")), 1, places=6)
+
     def test_a_head_joint_without_force_that_opens_is_listed(self):
         rounding, crack = 1e-8, 0.017
         table = [[0, 0, 0, 0], [0.5, -crack, 0, 0]]
