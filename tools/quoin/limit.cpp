@@ -173,7 +173,8 @@ void print_blocks(const json& report) {
   }
   std::printf("  %zu blocks move, %d of them could be taken out, %d are key blocks\n",
               report["blocks"].size(), report["removable"].get<int>(), report["keys"].get<int>());
-  std::printf("  upper bounds for Coulomb friction, of wedges up to twice: see --vary strength\n");
+  std::printf(
+      "  upper bounds: a wedge may bear half; --vary strength shows what loading reaches\n");
 }
 
 int each(const LimitArguments& arguments) {

@@ -21,8 +21,8 @@ Vector3 waterline(const solver::PressureField& field, Vector3 dry, Vector3 wet) 
   return dry;
 }
 
-/// What of a polygon is dry at the start, and what is wet: pressure grows linearly from a waterline
-/// on, and is no line across it.
+/// The dry and the wet part of a polygon, as the water stands at the start. Loads are integrated
+/// exactly where pressure is linear; across a waterline it is not.
 std::array<std::vector<Vector3>, 2> at_waterline(const solver::PressureField& field,
                                                  const std::vector<Vector3>& corners) {
   std::array<std::vector<Vector3>, 2> parts;

@@ -198,17 +198,22 @@ double area_of(std::span<const BodyContact> joint) {
   return area;
 }
 
+/// Of those of all, sorted by pair.
+std::span<const Contact> of_pair(std::span<const Contact> contacts, const BodyContact& contact) {
+  const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
+  const auto found = std::ranges::equal_range(contacts, std::pair(contact.a, contact.b), {}, pair);
+  return {found.begin(), found.end()};
+}
+
 /// Of the contacts of one joint among those of all, sorted by pair. `kept`: memory for them where
 /// they do not stand together.
 std::span<const Contact> of_joint(const CarryOptions& options, std::span<const Contact> contacts,
                                   const BodyContact& contact, std::vector<Contact>& kept) {
-  const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
-  const auto of_pair =
-      std::ranges::equal_range(contacts, std::pair(contact.a, contact.b), {}, pair);
+  const std::span<const Contact> all = of_pair(contacts, contact);
   const BlockModel& a = options.models[index(contact.a)];
   const BlockModel& b = options.models[index(contact.b)];
-  if (!a.parts && !b.parts) return {of_pair.begin(), of_pair.end()};
-  std::ranges::copy_if(of_pair, std::back_inserter(kept), [&](const Contact& c) {
+  if (!a.parts && !b.parts) return all;
+  std::ranges::copy_if(all, std::back_inserter(kept), [&](const Contact& c) {
     return part_of(a, c.point.key.feature_a) == contact.part_a &&
            part_of(b, c.point.key.feature_b) == contact.part_b;
   });
@@ -268,13 +273,12 @@ bool add_integration_points(const CarryOptions& options, std::vector<BodyContact
   return true;
 }
 
-/// Of a block: so near each other corners of a joint are one.
-constexpr double kOneCorner = 1e-6;
-constexpr double kElsewhere = 10.0;  // times as far as another: a key that has gone to it
+constexpr double kOneCorner = 1e-6;  // of a block: corners of a joint that near are one
+constexpr double kElsewhere = 10.0;  // times as far off as another: the key now names another place
 
-/// Corners of joints that act by area have the history of what was at their place: sides of two
-/// faces that lie over each other cross at one end and then at the other, with the same key, and
-/// corners of both are one that has either key.
+/// Corners of joints that act by area take the history of their place, not that of their key. Two
+/// nearly equal sides cross now at one end and now at the other, with the same key; where corners
+/// of both faces meet, the joint's corner has the key of either.
 void stay_in_place(std::span<const BodyContact> contacts, const CarryOptions& options,
                    std::span<const Contact> before, std::vector<int>& previous) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -284,9 +288,7 @@ void stay_in_place(std::span<const BodyContact> contacts, const CarryOptions& op
     const double near = kOneCorner * smaller_size(options, contacts[i]);
     const double own = previous[i] < 0 ? kElsewhere * near : away(before[index(previous[i])]);
     if (own <= near) continue;
-    const auto pair = [](const Contact& c) { return std::pair(c.point.key.a, c.point.key.b); };
-    for (const Contact& c :
-         std::ranges::equal_range(before, std::pair(contacts[i].a, contacts[i].b), {}, pair))
+    for (const Contact& c : of_pair(before, contacts[i]))
       if (!is_inner(c.point.key) && kElsewhere * away(c) < own)
         previous[i] = static_cast<int>(&c - before.data());
   }

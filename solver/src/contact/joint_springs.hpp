@@ -37,7 +37,8 @@ struct ChangedSprings {
   StoredEnergy whole;  ///< as that would have been by the whole overlaps
   StoredEnergy now;    ///< by the whole overlaps on the areas as they are
 };
-/// `before`: contacts of the pair as the last step left them.
+/// `before`: contacts of the pair as the last step left them. Anchors of what was open come to lie
+/// beside each other.
 ChangedSprings changed_springs(const JointBlocks& blocks, std::span<const Contact> before,
                                std::span<BodyContact> joint);
 

@@ -45,7 +45,7 @@ struct Contact {
   Vector3 anchor_a = Vector3::Zero();  ///< reference arms of the stuck point on A and on B, m:
   Vector3 anchor_b = Vector3::Zero();  ///< while it sticks both stand at the same place
 
-  /// That faces share here or, where they lean on springs, that these act on, m2.
+  /// Shared by the faces here or, where these lean on springs, what the springs act on, m2.
   double area() const { return point.area > 0.0 ? point.area : spring_area; }
 };
 
