@@ -447,6 +447,20 @@ CompiledScene compile(Scene scene) {
   return compiled;
 }
 
+namespace {
+
+/// Of a function of time, by one-sided differences of second order: before `time` for a step that
+/// goes back, s, else after it. For one of 0.01 s they are rounded by 4e-10 / s, and wrong by as
+/// much of a swing of 5 Hz.
+template <typename Function>
+Vector3 rate_beside(const Function& value, double time, double step) {
+  const double eps = std::copysign(std::max(1e-4 * std::abs(step), 1e-7), step);
+  const Vector3 near = value(time + eps), far = value(time + 2.0 * eps);
+  return (4.0 * near - 3.0 * value(time) - far) / (2.0 * eps);
+}
+
+}  // namespace
+
 Vector3 velocity_inside(const VectorOfTime& velocity, double end, double other) {
   constexpr double kInside = 1e-6;  // of the interval: there a smooth one changes by as little
   const Vector3 at = velocity.at(end), inside = velocity.at(end + kInside * (other - end));
@@ -456,12 +470,10 @@ Vector3 velocity_inside(const VectorOfTime& velocity, double end, double other) 
 }
 
 Vector3 velocity_from(const Motion& motion, const Vector3& reached, double time) {
-  constexpr double kAfter = 1e-6;  // s: one-sided differences of second order, rounded by 4e-10 / s
+  constexpr double kStep = 0.01;  // s
   switch (motion.kind) {
     case MotionKind::Displacement:
-      return (4.0 * motion.value.at(time + kAfter) - 3.0 * motion.value.at(time) -
-              motion.value.at(time + 2.0 * kAfter)) /
-             (2.0 * kAfter);
+      return rate_beside([&](double t) { return motion.value.at(t); }, time, kStep);
     case MotionKind::Velocity:
       return motion.value.at(time);
     case MotionKind::Acceleration:
@@ -487,13 +499,15 @@ Quaternion turn_at(const Motion& motion, double time) {
 
 namespace {
 
-/// Angular velocity by a central difference, as in given_motion().
+/// Angular velocity as the step ends, or where all begins, `from` = `to`, after that.
 void set_turn(const Motion& motion, double from, double to, PrescribedMotion& next) {
   if (motion.rotation.is_constant()) return;
-  const double eps = std::max(1e-4 * std::abs(to - from), 1e-9);
   next.turn = turn_at(motion, to);
-  const Quaternion by = turn_at(motion, to + eps) * turn_at(motion, to - eps).conjugate();
-  next.angular_velocity = (by.w() < 0.0 ? -1.0 : 1.0) / eps * by.vec();
+  const auto turned = [&](double time) -> Vector3 {
+    const Quaternion by = turn_at(motion, time) * next.turn.conjugate();
+    return 2.0 / by.w() * by.vec();
+  };
+  next.angular_velocity = rate_beside(turned, to, from - to);
 }
 
 }  // namespace
@@ -566,12 +580,9 @@ double strain_energy(const CompiledScene& compiled, const State& state) {
 
 namespace {
 
-/// Velocity by a central difference. In a step of 0.01 s its rounding is 1e-10 / s, its error that
-/// of a swing of 5 Hz.
 PrescribedMotion given_motion(const VectorOfTime& displacement, double from, double to) {
-  const double eps = std::max(1e-4 * std::abs(to - from), 1e-9);
-  return {displacement.at(to),
-          (displacement.at(to + eps) - displacement.at(to - eps)) / (2.0 * eps)};
+  const auto at = [&](double time) { return displacement.at(time); };
+  return {at(to), rate_beside(at, to, from - to)};
 }
 
 /// By a three-point Gauss rule: exact where velocity or acceleration is linear from `from` to `to`.

@@ -100,8 +100,8 @@ double worn_off(const BodyContact& contact, const LinearContact& c, const Vector
 }
 
 /// What slots have of it is added to `energy`.
-ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
-                             const StepPoses& poses, StepEnergy& energy) {
+ContactShare account_contact(const SubStep& step, const BodyContact& contact,
+                             const LinearContact& c, const StepPoses& poses, StepEnergy& energy) {
   ContactShare share;
   const Vector12 &move_a = poses.increment[index(contact.a)],
                  &move_b = poses.increment[index(contact.b)];
@@ -120,7 +120,10 @@ ContactShare account_contact(const BodyContact& contact, const LinearContact& c,
   }
   const Vector3 moved = moved_by(poses, contact, c);
   share.work = contact_work(c, moved);
-  share.work.scheme += contact.spring_loss;
+  // At rest a joint has its stretch on all of its area: what moved the blocks there has pressed it.
+  const bool pressed = contact.spring_loss < 0.0 && !step.dynamic();
+  if (pressed) share.load_work -= contact.spring_loss;
+  if (!pressed) share.work.scheme += contact.spring_loss;
   const double lost = worn_off(contact, c, moved);
   share.work.heat += lost;
   share.work.stored -= lost;
@@ -203,7 +206,7 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   account_blocks(step, poses, energy);
   account_loads(step, poses, energy);
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    add(account_contact(contacts[i], linear[i], poses, energy), energy);
+    add(account_contact(step, contacts[i], linear[i], poses, energy), energy);
   for (std::size_t h = 0; h < step.island.held.size(); ++h) {
     account_held(step, step.compiled.held[index(step.island.held[h])], linear[contacts.size() + h],
                  poses, energy);
