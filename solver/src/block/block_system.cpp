@@ -24,13 +24,15 @@ namespace {
 
 template <int n>
 Vector12 times_of(const double* column, const Vector12& v, bool transposed) {
-  Vector12 result = Vector12::Zero();
+  double sum[n] = {};  // not in the result, which the matrix might be in for all that gcc knows
   for (int k = 0; k < n; ++k, column += n) {
     if (transposed)
-      for (int row = 0; row < n; ++row) result[k] += column[row] * v[row];
+      for (int row = 0; row < n; ++row) sum[k] += column[row] * v[row];
     else
-      for (int row = 0; row < n; ++row) result[row] += column[row] * v[k];
+      for (int row = 0; row < n; ++row) sum[row] += column[row] * v[k];
   }
+  Vector12 result = Vector12::Zero();
+  std::copy_n(sum, n, result.data());
   return result;
 }
 

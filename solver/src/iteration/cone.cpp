@@ -38,7 +38,7 @@ SmoothDisc project_on_disc(const Eigen::Vector2d& z, double limit, double smooth
   return disc;
 }
 
-/// Of all but the cone.
+/// Likewise.
 SmoothProjection project_by_parts(const Admissible& forces, const Vector3& z, double smoothing) {
   SmoothProjection result{z, Matrix3::Identity()};
   const auto [positive, slope] = smoothly_positive(z[0], smoothing);
@@ -76,6 +76,15 @@ SmoothProjection project_on_cone(const Vector3& z, double smoothing) {
 }
 
 }  // namespace
+
+Vector3 project_by_parts(const Admissible& forces, const Vector3& z) {
+  Vector3 force = z;
+  if (!forces.pulls) force[0] = std::max(z[0], 0.0);
+  const double limit = forces.shear_limit(force[0]), tangential = z.tail<2>().norm();
+  if (forces.shear == Admissible::Shear::Disc && tangential > limit)
+    force.tail<2>() *= limit / tangential;
+  return force;
+}
 
 SmoothProjection project_smoothly(const Admissible& forces, const Vector3& z, double smoothing) {
   return forces.shear == Admissible::Shear::Cone ? project_on_cone(z, smoothing)

@@ -37,16 +37,12 @@ inline Vector3 corrected(const Admissible& forces, const Vector3& u) {
   return {u[0] + slip, u[1], u[2]};
 }
 
+/// Of all but the cone.
+Vector3 project_by_parts(const Admissible& forces, const Vector3& z);
+
 inline Vector3 project_on(const Admissible& forces, const Vector3& z) {
+  if (forces.shear != Admissible::Shear::Cone) return project_by_parts(forces, z);
   const double tangential = z.tail<2>().norm();
-  if (forces.shear != Admissible::Shear::Cone) {
-    Vector3 force = z;
-    if (!forces.pulls) force[0] = std::max(z[0], 0.0);
-    const double limit = forces.shear_limit(force[0]);
-    if (forces.shear == Admissible::Shear::Disc && tangential > limit)
-      force.tail<2>() *= limit / tangential;
-    return force;
-  }
   if (z[0] >= tangential) return z;
   if (z[0] <= -tangential) return Vector3::Zero();
   const double size = 0.5 * (z[0] + tangential), along = size / tangential;
