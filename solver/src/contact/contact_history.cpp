@@ -165,11 +165,8 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
 
 /// Where flush parts meet, a point of other parts stands as near as its own: it hands on nothing to
 /// one of another normal.
-bool has_history(const CarryOptions& options, std::span<const Contact> before,
-                 const BodyContact& contact) {
-  const int previous = contact.state.point.previous;
-  if (previous < 0) return false;
-  const ContactPoint& point = before[index(previous)].point;
+bool hands_on(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
+  const ContactPoint& point = before.point;
   const auto part = [&](int block, const geometry::Feature& feature) {
     return part_of(options.models[index(block)], feature);
   };
@@ -273,8 +270,11 @@ bool add_integration_points(const CarryOptions& options, std::vector<BodyContact
   return true;
 }
 
-constexpr double kOneCorner = 1e-6;  // of a block: corners of a joint that near are one
-constexpr double kElsewhere = 10.0;  // times as far off as another: the key now names another place
+// Of a block: corners of a joint that near are one.
+constexpr double kOneCorner = 1e-6;
+// Times as far off as another: the key now names another place. And times as far off as faces have
+// moved on each other: a corner where there was none, of which two sides that nearly meet make two.
+constexpr double kElsewhere = 10.0;
 
 /// Corners of joints that act by area take the history of their place, not that of their key. Two
 /// nearly equal sides cross now at one end and now at the other, with the same key; where corners
@@ -282,15 +282,23 @@ constexpr double kElsewhere = 10.0;  // times as far off as another: the key now
 void stay_in_place(std::span<const BodyContact> contacts, const CarryOptions& options,
                    std::span<const Contact> before, std::vector<int>& previous) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactPoint& point = contacts[i].state.point;
-    if (!acts_by_area(*contacts[i].joint) || is_inner(point.key)) continue;
-    const auto away = [&](const Contact& c) { return (c.point.point() - point.point()).norm(); };
-    const double near = kOneCorner * smaller_size(options, contacts[i]);
-    const double own = previous[i] < 0 ? kElsewhere * near : away(before[index(previous[i])]);
+    const BodyContact& contact = contacts[i];
+    if (!acts_by_area(*contact.joint) || is_inner(contact.state.point.key)) continue;
+    const Pose &a = options.poses[index(contact.a)], &b = options.poses[index(contact.b)];
+    const auto away = [&](const Contact& c) { return (c.anchor_a - contact.arm_a).norm(); };
+    const double near = kOneCorner * smaller_size(options, contact);
+    const bool known = previous[i] >= 0 && hands_on(options, before[index(previous[i])], contact);
+    double own = known ? away(before[index(previous[i])]) : std::numeric_limits<double>::infinity();
     if (own <= near) continue;
-    for (const Contact& c : of_pair(before, contacts[i]))
-      if (!is_inner(c.point.key) && kElsewhere * away(c) < own)
+    for (const Contact& c : of_pair(before, contact)) {
+      const Vector3 moved = between(a, b) + (b.shape * c.anchor_b - a.shape * c.anchor_a);
+      const double farthest = known ? own / kElsewhere : kElsewhere * (near + moved.norm());
+      if (is_inner(c.point.key) || !hands_on(options, c, contact)) continue;
+      if (away(c) < std::min(own, farthest)) {
         previous[i] = static_cast<int>(&c - before.data());
+        own = away(c);
+      }
+    }
   }
 }
 
@@ -404,7 +412,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
-    if (has_history(options, before, contact))
+    if (previous[i] >= 0 && hands_on(options, before[index(previous[i])], contact))
       hand_on(before[index(previous[i])], options.poses, contact);
     else
       start_history(options, contact);
