@@ -85,6 +85,12 @@ class StaticStages(FolderTest):
             seen.append(stage)
         self.assertEqual(*seen)
 
+    def test_mechanism_that_dilates(self):
+        """What a joint opens by is motion of the block, not of the ground under it."""
+        scene = slope(12, [{"analysis": "static"}])
+        scene["joint"].update(dilation_angle_deg=10, normal_stiffness=1e9, shear_stiffness=1e9)
+        self.quoin("run", self.written(scene), out="stage 0: mechanism")
+
     def test_proof(self):
         """What no forces hold ends before its first step, with a mechanism that another program checks."""
         summary = self.run_scene(slope(19, [{"analysis": "static"}]), code=1, err=(
