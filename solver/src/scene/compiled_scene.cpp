@@ -417,8 +417,9 @@ CompiledScene compile(Scene scene) {
     compiled.has_parts = compiled.has_parts || block.parts;
     check_constant(block.motion.rotation, what + ": rotation");
     check_finite(block.motion.centre, what + ": centre of rotation");
-    if (block.kind == BlockKind::Prescribed &&
-        !(is_always_zero(block.motion.value) && is_always_zero(block.motion.rotation)))
+    const bool stands = block.motion.kind != MotionKind::Acceleration &&
+                        is_always_zero(block.motion.value) && is_always_zero(block.motion.rotation);
+    if (block.kind == BlockKind::Prescribed && !stands)
       compiled.prescribed.push_back(static_cast<int>(b));
   }
   compiled.slots = make_slots(unknowns, sizes);
