@@ -78,6 +78,12 @@ check("block slides", scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0])
       math.tan(math.radians(20)))
 check("block turns over", scene(40, [GROUND, box([0, 0, 0], [.5, 3, 2])], [1, 0, 0]), "load=push:0:10", .25)
 column = [GROUND] + [box([0, 0, i], [1, 1, i + 1]) for i in range(3)]
+# Water under it bears two fifths of its weight, and is no part of the load that is varied.
+wet = scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0])
+wet["water"] = [{"pressure": .4 * DENSITY * G * .5, "on": "joints"}]
+done, report = run(wet, "load=push:0:10")
+if not (report and abs(report["convex"] - .6 * math.tan(math.radians(20))) < 1e-6):
+    failures.append(f"block slides on water: {done.stdout} {done.stderr}")
 check("column", scene(40, column, [0, 1, 0]), "load=push:0:10", 1 / 3)
 check("tilted column", scene(40, column), "tilt=0:60", math.degrees(math.atan(1 / 3)))
 check("tilted about x", scene(40, column), "tilt=0:60:x", math.degrees(math.atan(1 / 3)))

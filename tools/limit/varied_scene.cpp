@@ -138,6 +138,7 @@ VariedScene::VariedScene(std::string path, std::vector<std::string> changes, con
   if (vary.what != "load") return;
   live_ = scene_;
   live_.gravity = Vector3(0, 0, 0);
+  live_.pressure_loads.clear();
   part_loads();
   judge_by(Joints::Yield);
 }
