@@ -78,6 +78,11 @@ check("block slides", scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0])
       math.tan(math.radians(20)))
 check("block turns over", scene(40, [GROUND, box([0, 0, 0], [.5, 3, 2])], [1, 0, 0]), "load=push:0:10", .25)
 column = [GROUND] + [box([0, 0, i], [1, 1, i + 1]) for i in range(3)]
+# One that is held by a push to within its friction, from below 0 on.
+done, report = run(scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0]), "load=push:-3:0.3")
+if not (report and abs(report["stands"]["value"] + math.tan(math.radians(20))) < 1e-3
+        and abs(report["falls"]["value"] + math.tan(math.radians(20))) < 1e-3):
+    failures.append(f"block is held by a push: {done.stdout} {done.stderr}")
 # Water under it bears two fifths of its weight, and is no part of the load that is varied.
 wet = scene(20, [GROUND, box([0, 0, 0], [2, 1, .5])], [1, 0, 0])
 wet["water"] = [{"pressure": .4 * DENSITY * G * .5, "on": "joints"}]

@@ -152,11 +152,14 @@ Limit prove_between(const std::function<Trial(double)>& at, double from, double 
 Limit prove(VariedScene& scenes, double tolerance) {
   const auto at = [&](double value) { return scenes.at(value); };
   const Vary& vary = scenes.vary();
-  Limit limit = vary.what == "load"
+  Limit first;  // a load may hold what falls without it
+  if (vary.what == "load") keep(at(vary.from), first);
+  Limit limit = vary.what == "load" && !first.falls
                     ? prove_factor(at, scenes.largest(), vary.from, vary.to, tolerance)
                 : vary.what == "friction"
                     ? prove_between(at, vary.to, vary.from, tolerance)  // less of it is worse
                     : prove_between(at, vary.from, vary.to, tolerance);
+  if (!limit.stands && first.falls) limit.falls = std::move(first.falls);
   if (!(limit.stands && limit.falls) && limit.why.empty()) {
     limit.why =
         limit.stands ? "it stands at both ends of the range" : "it falls at both ends of the range";

@@ -515,7 +515,7 @@ EquilibriumProblem equilibrium_problem(const CompiledScene& compiled, const Stat
         std::min(compiled.models[index(first.a)].size, compiled.models[index(first.b)].size);
     const bool meets = scene.points == StrengthPoints::OfSteps ||
                        area > scene.touching(first) * size;  // wider than what touches
-    if (scene.has_core(*first.joint)) {
+    if (meets && scene.has_core(*first.joint)) {
       const std::vector<EquilibriumContact> added = core_contacts(scene, joint);
       problem.contacts.insert(problem.contacts.end(), added.begin(), added.end());
       if (!added.empty()) return;
