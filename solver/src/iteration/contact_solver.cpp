@@ -139,7 +139,7 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   }
   if (yielding_) return yield(blocks, contacts, tuning, increment);
   if (automatic_) tuning.max_iterations = std::min(patience(contacts), tuning.max_iterations);
-  if (begins_inside(contacts, tuning))
+  if (may_go_inside(contacts, tuning))
     return solve_static(options.analysis, blocks, contacts, tuning, increment);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
@@ -153,18 +153,19 @@ OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
   return moving_contacts_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
-/// Statics of many blocks, in contacts that the interior point method knows.
-bool ContactSolver::begins_inside(std::span<const LinearContact> contacts,
+/// Statics, in contacts that the interior point method knows.
+bool ContactSolver::may_go_inside(std::span<const LinearContact> contacts,
                                   const OpenCloseOptions& tuning) const {
-  return tuning.at_rest && tuning.raise && slots_->count() >= kMany &&
-         std::ranges::all_of(contacts, InteriorPoint::suits) && !contacts.empty();
+  return tuning.at_rest && tuning.raise && std::ranges::all_of(contacts, InteriorPoint::suits) &&
+         !contacts.empty();
 }
 
-/// The open-close iteration from forces that are known, and, while a scene settles, from none: what
-/// it shares out between redundant contacts slides least in the next stage. Where that is slow, and
-/// where none are known, the interior point method, and the open-close iteration from there. Where
-/// that is slow, too, the forces inside are taken as they are, there and, far from rest, in the
-/// problems that follow: the next pseudo-step goes by the gaps that they leave.
+/// The open-close iteration from forces that are known, and, while a scene settles and of few
+/// blocks, from none: what it shares out between redundant contacts slides least in the next stage.
+/// Where that is slow, and where none are known, the interior point method, and the open-close
+/// iteration from there. Where that is slow, too, the forces inside are taken as they are, there
+/// and, far from rest, in the problems that follow: the next pseudo-step goes by the gaps that they
+/// leave.
 OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquations& blocks,
                                             std::span<LinearContact> contacts,
                                             OpenCloseOptions tuning, BlockVector& increment) {
@@ -181,9 +182,10 @@ OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquati
   const bool first = tuning.predicted;
   inexact_ = false;
   const bool settles = analysis == Analysis::Settle;
-  if ((!unknown || settles) && !slow_) {
+  const bool patient = settles || slots_->count() < kMany;
+  if ((!unknown || patient) && !slow_) {
     const std::vector<LinearContact> before(contacts.begin(), contacts.end());
-    if (open_close(settles ? kMostOpenClose : kInsidePatience)) return result;
+    if (open_close(patient ? kMostOpenClose : kInsidePatience)) return result;
     std::ranges::copy(before, contacts.begin());
     increment = guess;
   }

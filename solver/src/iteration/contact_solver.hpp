@@ -80,7 +80,7 @@ class ContactSolver {
                           BlockVector& increment);
   OpenCloseResult yield(const BlockEquations& blocks, std::span<LinearContact> contacts,
                         const OpenCloseOptions& tuning, BlockVector& increment);
-  bool begins_inside(std::span<const LinearContact> contacts, const OpenCloseOptions& tuning) const;
+  bool may_go_inside(std::span<const LinearContact> contacts, const OpenCloseOptions& tuning) const;
   OpenCloseResult solve_static(Analysis analysis, const BlockEquations& blocks,
                                std::span<LinearContact> contacts, OpenCloseOptions tuning,
                                BlockVector& increment);
