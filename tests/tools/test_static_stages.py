@@ -91,6 +91,11 @@ class StaticStages(FolderTest):
         scene["joint"].update(dilation_angle_deg=10, normal_stiffness=1e9, shear_stiffness=1e9)
         self.quoin("run", self.written(scene), out="stage 0: mechanism")
 
+    def test_penalty_methods_rest_in_their_overlap(self):
+        for method in ("springs", "penalty", "paper"):
+            scene = slope(35, [{"analysis": "static"}], method=method, penalty=1e7)
+            self.quoin("run", self.written(scene), code=0, out="stage 0: rest")
+
     def test_proof(self):
         """What no forces hold ends before its first step, with a mechanism that another program checks."""
         summary = self.run_scene(slope(19, [{"analysis": "static"}]), code=1, err=(

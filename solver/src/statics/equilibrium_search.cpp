@@ -123,6 +123,7 @@ void judge(const CompiledScene& compiled, const StepOptions& options, double str
            const State& state, EquilibriumSearch& search, StepReport& report) {
   double explained =
       elastic_motion(compiled, compiled.slots.block_of_slot, search.start, state.blocks);
+  const bool overlaps = options.method != ContactMethod::AugmentedLagrangian;
   double largest = 0.0, open = 0.0;  // N, N
   for (const Contact& contact : state.contacts) {
     if (contact.mode == ContactMode::Open) continue;
@@ -132,7 +133,7 @@ void judge(const CompiledScene& compiled, const StepOptions& options, double str
     const double force = std::abs(contact.normal_force);
     explained += gap;
     largest = std::max(largest, force);
-    if (joint.normal_stiffness > 0.0) continue;
+    if (overlaps || joint.normal_stiffness > 0.0) continue;
     const double size = std::min(compiled.models[a].size, compiled.models[b].size);
     open = std::max(open, force * gap / size);
   }
