@@ -38,7 +38,7 @@ SmoothDisc project_on_disc(const Eigen::Vector2d& z, double limit, double smooth
   return disc;
 }
 
-/// Likewise.
+/// Of all but the cone.
 SmoothProjection project_by_parts(const Admissible& forces, const Vector3& z, double smoothing) {
   SmoothProjection result{z, Matrix3::Identity()};
   const auto [positive, slope] = smoothly_positive(z[0], smoothing);

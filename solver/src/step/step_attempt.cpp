@@ -438,8 +438,8 @@ bool break_ties(const SubStep& step, const StepPoses& poses, std::span<TieState>
   return any;
 }
 
-// Of the largest force, what inertia bears of a static step whose forces break joints and ties: to
-// a tenth of a percent loads do. On the way to rest a push of the wall's foot would part its top.
+// Unbalance of a static step up to which its forces break joints and ties: more of them holds up
+// inertia, no load. On the way to rest a push at a wall's foot would part its top.
 constexpr double kBalanced = 1e-3;
 
 /// Until no joint or tie fails by the solution. Each failure has all iterations: there are no more
