@@ -163,16 +163,18 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
 
+/// Of one pair.
+bool same_parts(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
+  const geometry::ContactKey& key = before.point.key;
+  return part_of(options.models[index(contact.a)], key.feature_a) == contact.part_a &&
+         part_of(options.models[index(contact.b)], key.feature_b) == contact.part_b;
+}
+
 /// Where flush parts meet, a point of other parts stands as near as its own: it hands on nothing to
 /// one of another normal.
 bool hands_on(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
-  const ContactPoint& point = before.point;
-  const auto part = [&](int block, const geometry::Feature& feature) {
-    return part_of(options.models[index(block)], feature);
-  };
-  return (part(contact.a, point.key.feature_a) == contact.part_a &&
-          part(contact.b, point.key.feature_b) == contact.part_b) ||
-         point.normal.dot(contact.state.point.normal) > kLikeNormals;
+  return same_parts(options, before, contact) ||
+         before.point.normal.dot(contact.state.point.normal) > kLikeNormals;
 }
 
 double smaller_size(const CarryOptions& options, const BodyContact& contact) {
@@ -207,13 +209,10 @@ std::span<const Contact> of_pair(std::span<const Contact> contacts, const BodyCo
 std::span<const Contact> of_joint(const CarryOptions& options, std::span<const Contact> contacts,
                                   const BodyContact& contact, std::vector<Contact>& kept) {
   const std::span<const Contact> all = of_pair(contacts, contact);
-  const BlockModel& a = options.models[index(contact.a)];
-  const BlockModel& b = options.models[index(contact.b)];
-  if (!a.parts && !b.parts) return all;
-  std::ranges::copy_if(all, std::back_inserter(kept), [&](const Contact& c) {
-    return part_of(a, c.point.key.feature_a) == contact.part_a &&
-           part_of(b, c.point.key.feature_b) == contact.part_b;
-  });
+  if (!options.models[index(contact.a)].parts && !options.models[index(contact.b)].parts)
+    return all;
+  std::ranges::copy_if(all, std::back_inserter(kept),
+                       [&](const Contact& c) { return same_parts(options, c, contact); });
   return kept;
 }
 
