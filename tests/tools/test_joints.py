@@ -1,11 +1,13 @@
 """What is seen of joints: open ones with their gap, sums by joint, moments, centres of pressure, relative motion."""
 import json
 import math
+import pathlib
 import sys
 import unittest
 
 from folder_test import FolderTest, block, box
 
+SCENES = pathlib.Path(__file__).parents[2] / "tools/scenes/cases"
 FAR = [3e4, -2e4, 1e3]
 
 
@@ -56,6 +58,18 @@ class Joints(FolderTest):
         gaps = [float(row["gap"]) for row in self.rows("joints.csv") if (row["stage"], row["name_b"]) == ("1", "pier")]
         self.assertEqual(len(gaps), 1)
         self.assertAlmostEqual(gaps[0], crack + rounding, places=10)
+
+    def test_forces_of_joints_that_rock_are_along_and_across_the_normal(self):
+        scene = json.loads((SCENES / "shaken_wall_rocks.json").read_text())
+        self.run_scene({key: value for key, value in scene.items() if key not in ("references", "cases")})
+        pressed = [row for row in self.rows("joints.csv") if float(row["normal_force"]) > 0]
+        self.assertGreater(len(pressed), 10)
+        for row in pressed:
+            force, normal = ([float(row[letter + axis]) for axis in "xyz"] for letter in "fn")
+            along = sum(f * n for f, n in zip(force, normal))
+            self.assertAlmostEqual(along, float(row["normal_force"]), delta=1e-9 * math.hypot(*force))
+            self.assertAlmostEqual(math.hypot(along, float(row["shear_force"])), math.hypot(*force),
+                                   delta=1e-9 * math.hypot(*force))
 
     def test_pairs_that_never_touched_or_are_gone_are_not_listed(self):
         scene = cube_on_floor([{"analysis": "static"}, {"analysis": "static", "remove": "cube"}])

@@ -1,6 +1,7 @@
 """`quoin run` as a user meets it: files, exit codes, interruption."""
 import csv
 import json
+import math
 import pathlib
 import resource
 import signal
@@ -105,6 +106,24 @@ class RunCommand(FolderTest):
             if row["normal_stress"]:
                 self.assertAlmostEqual(float(row["normal_stress"]) * float(row["area"]),
                                        float(row["normal_force"]), delta=1e-6)
+
+    def test_forces_of_contacts_hold_each_block(self):
+        self.quoin("make", "dome", "--rings", "3", "--segments", "7", "--young", "1e9", "--out", "dome.json", code=0)
+        self.quoin("run", "dome.json", "--out", "out", code=0)
+        contacts = self.rows("contacts.csv")
+        for row in self.rows("blocks.csv"):
+            if row["kind"] == "fixed":
+                continue
+            force, moment, pressed = [0, 0, -9.81 * float(row["mass"])], [0, 0, 0], 0
+            for of in (c for c in contacts if row["block"] in (c["a"], c["b"])):
+                sign = 1 if of["b"] == row["block"] else -1
+                f = [sign * float(of["f" + axis]) for axis in "xyz"]
+                arm = [float(of[axis]) - float(row[axis]) for axis in "xyz"]
+                force = [was + one for was, one in zip(force, f)]
+                moment = [was + arm[k - 2] * f[k - 1] - arm[k - 1] * f[k - 2] for k, was in enumerate(moment)]
+                pressed += math.hypot(*f)
+            self.assertLess(math.hypot(*force), 1e-7 * pressed)
+            self.assertLess(math.hypot(*moment), 1e-6 * pressed)  # times 1 m
 
     def test_takes_the_place_of_earlier_results_only(self):
         out = self.folder / "out"

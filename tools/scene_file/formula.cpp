@@ -16,7 +16,7 @@ struct Formula::Parsed {
     parser.DefineConst("deg", std::numbers::pi / 180);
     parser.DefineConst("g", 9.81);
     for (const auto& [name, value] : parameters) parser.DefineConst(name, value);
-    parser.DefineVar("t", &time);
+    if (clock != Clock::None) parser.DefineVar("t", &time);
     if (clock == Clock::RunAndStage) parser.DefineVar("stage_time", &stage_time);
     for (int axis = 0; axis < 3 && clock == Clock::RunAndPlace; ++axis)
       parser.DefineVar(std::string(1, static_cast<char>('x' + axis)), &place[axis]);

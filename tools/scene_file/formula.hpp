@@ -15,8 +15,8 @@ using Parameters = std::map<std::string, double>;
 /// tan, sqrt, exp, abs, min, max, a < b ? c : d, …
 class Formula {
  public:
-  /// What it may name: t; t and stage_time; t and x, y, z.
-  enum class Clock { Run, RunAndStage, RunAndPlace };
+  /// What it may name beside parameters: nothing; t; t and stage_time; t and x, y, z.
+  enum class Clock { None, Run, RunAndStage, RunAndPlace };
 
   /// Throws std::invalid_argument saying what is wrong with the expression.
   Formula(std::string expression, const Parameters& parameters, Clock clock = Clock::Run);

@@ -131,7 +131,7 @@ void put_numbers(json& value, const std::string& pointer, const Parameters& para
     const std::string& text = value.get_ref<const std::string&>();
     if (text.starts_with('=')) {
       try {
-        const double number = Formula(text.substr(1), parameters).at(0.0);
+        const double number = Formula(text.substr(1), parameters, Formula::Clock::None).at(0.0);
         if (!std::isfinite(number))
           throw SceneError(pointer, shown(text) + " is not a finite number");
         value = number;

@@ -135,9 +135,25 @@ BodyContact make_contact(const PosedBlocks& blocks, const ContactPoint& found, L
   return contact;
 }
 
+double smaller_size(const CarryOptions& options, const BodyContact& contact) {
+  return std::min(options.models[index(contact.a)].size, options.models[index(contact.b)].size);
+}
+
+// Of a block: corners of a joint that near are one.
+constexpr double kOneCorner = 1e-6;
+
+/// Whether a contact is held where it was: in statics a crossing of sides that nearly meet may go
+/// far from there, and its force with it. Moving blocks would gain energy by that.
+bool stays(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
+  if (before.point.key != contact.state.point.key) return false;
+  const double away =
+      std::min((before.anchor_a - contact.arm_a).norm(), (before.anchor_b - contact.arm_b).norm());
+  return options.dynamic || away <= kOneCorner * smaller_size(options, contact);
+}
+
 /// Hands the history on. The stretch of a stuck contact (place of anchor b minus that of anchor a)
 /// goes over to the new contact point, so that neither a new key nor a moved projection loses it.
-void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& contact) {
+void hand_on(const Contact& before, const CarryOptions& options, BodyContact& contact) {
   Contact& state = contact.state;
   const Vector3& normal = state.point.normal;
   contact.was_closed = before.mode != ContactMode::Open;
@@ -152,13 +168,12 @@ void hand_on(const Contact& before, std::span<const Pose> poses, BodyContact& co
   state.bonded = before.bonded;
   state.closed_gap = before.closed_gap;
   if (!contact.was_closed) return;
-  if (before.point.key == state.point.key) {
+  if (stays(options, before, contact)) {
     state.anchor_a = before.anchor_a;
     state.anchor_b = before.anchor_b;
     return;
   }
-  const Pose& a = poses[index(contact.a)];
-  const Pose& b = poses[index(contact.b)];
+  const Pose &a = options.poses[index(contact.a)], &b = options.poses[index(contact.b)];
   const Vector3 stretch = between(a, b) + (b.shape * before.anchor_b - a.shape * before.anchor_a);
   state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
 }
@@ -175,10 +190,6 @@ bool same_parts(const CarryOptions& options, const Contact& before, const BodyCo
 bool hands_on(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
   return same_parts(options, before, contact) ||
          before.point.normal.dot(contact.state.point.normal) > kLikeNormals;
-}
-
-double smaller_size(const CarryOptions& options, const BodyContact& contact) {
-  return std::min(options.models[index(contact.a)].size, options.models[index(contact.b)].size);
 }
 
 void start_history(const CarryOptions& options, BodyContact& contact) {
@@ -269,8 +280,6 @@ bool add_integration_points(const CarryOptions& options, std::vector<BodyContact
   return true;
 }
 
-// Of a block: corners of a joint that near are one.
-constexpr double kOneCorner = 1e-6;
 // Times as far off as another: the key now names another place. And times as far off as faces have
 // moved on each other: a corner where there was none, of which two sides that nearly meet make two.
 constexpr double kElsewhere = 10.0;
@@ -412,7 +421,7 @@ void carry_over(const CarryOptions& options, std::span<const ContactPoint> found
     BodyContact& contact = contacts[i];
     contact.state.point.previous = previous[i];
     if (previous[i] >= 0 && hands_on(options, before[index(previous[i])], contact))
-      hand_on(before[index(previous[i])], options.poses, contact);
+      hand_on(before[index(previous[i])], options, contact);
     else
       start_history(options, contact);
     contact.was_bonded = contact.state.bonded;

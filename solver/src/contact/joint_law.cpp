@@ -107,9 +107,9 @@ void open_by_slip(LinearContact& c) {
 }
 
 bool clings(const Joint& joint, const Contact& contact) {
-  if (contact.bonded) return false;
-  return bonded_in_shear(joint, contact) ||
-         (strength(joint, contact).cohesion > 0.0 && contact.point.area > 0.0);
+  const bool has_area = contact.point.area > 0.0;
+  if (contact.bonded || (joint.tension > 0.0 && !has_area)) return false;
+  return bonded_in_shear(joint, contact) || (strength(joint, contact).cohesion > 0.0 && has_area);
 }
 
 bool is_link(const LinearContact& c) { return c.compliant && c.law >= ContactLaw::Bilateral; }

@@ -221,7 +221,9 @@ OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquati
 /// Whether the proximal Newton method is to have this problem.
 bool ContactSolver::asks_to_yield(const StepOptions& options, const BlockEquations& blocks,
                                   std::span<const LinearContact> contacts) {
-  if (!automatic_) return options.contact_iteration == ContactIteration::ProximalNewton;
+  if (!automatic_)
+    return options.analysis == Analysis::Dynamic &&
+           options.contact_iteration == ContactIteration::ProximalNewton;
   // Of positions, or of velocities.
   stays_hard_ = stays_hard_ || is_uneven(blocks, contacts) || is_steep(contacts);
   if (stays_hard_ && !gave_up_) stage_ = Stage::OpenClose;

@@ -305,8 +305,15 @@ bool pushed_before(const BodyContact& contact) {
 void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> contacts,
                           const Attempt& attempt, VelocityProblem& problem) {
   problem.pushed_before.clear();
+  problem.work_before.assign(problem.force.size(), 0.0);
   const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
+  const auto work_before = [&](int slot, const LinearContact& c, int block,
+                               const ContactJacobian& jacobian, const Vector3& push) {
+    if (slot >= 0) return;
+    const Vector12 way = at.step.length * velocity_vector(at.end[index(block)]);
+    problem.work_before[index(c.first_slot())] -= 0.5 * push.dot(jacobian * way);
+  };
   LinearContact end;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
@@ -318,6 +325,8 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
     if (c.slot_a >= 0) problem.force[index(c.slot_a)] += end.jacobian_a.push(push);
     if (c.slot_b >= 0) problem.force[index(c.slot_b)] += end.jacobian_b.push(push);
     if (c.slot_a >= 0 && c.slot_b >= 0) problem.pushed_before.emplace_back(c.slot_a, c.slot_b);
+    work_before(c.slot_a, c, contacts[i].a, end.jacobian_a, push);
+    work_before(c.slot_b, c, contacts[i].b, end.jacobian_b, push);
   }
 }
 
@@ -394,9 +403,8 @@ void take_off_forces(VelocityProblem& problem) {
 }
 
 /// Work of moving supports by the impulses beyond the positions' forces, by slot, J.
-void set_pushed_work(const SubStep& step, const VelocityProblem& problem,
-                     std::vector<double>& pushed) {
-  pushed.assign(step.island.slots.block_of_slot.size(), 0.0);
+void set_pushed_work(const VelocityProblem& problem, std::vector<double>& pushed) {
+  pushed = problem.work_before;
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
     const LinearContact& c = problem.contacts[i];
     pushed[index(c.first_slot())] -= 0.5 * (c.force - problem.starts[i].multiplier).dot(c.start);
@@ -508,7 +516,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
       set_velocity(impact.solution[s] / step.length, blocks.end[index(own[s])]);
     add(solved, total);
     if (!solved.converged) note_changes(problem.contacts, attempt);
-    set_pushed_work(step, problem, impact.pushed);
+    set_pushed_work(problem, impact.pushed);
     again = follow_openings(problem) > tuning.gap_tolerance && left-- > 0;
     if (again) continue;
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);

@@ -29,6 +29,7 @@ struct VelocityProblem {
   std::vector<Opening> openings;  ///< by the last solution
   BlockVector velocity, force;    ///< by slot: velocity times dt as the positions have it, F
   std::vector<std::pair<int, int>> pushed_before;  ///< slots joined by what pushed until the impact
+  std::vector<double> work_before;                 ///< of moving supports by that, by slot, J
 };
 
 /// Work on blocks in a sub-step, by slot, J.

@@ -63,7 +63,7 @@ struct Joint {
   double dilation_slip = 0.0;   ///< m of slip after which it opens no more; 0: never
   double residual_friction_angle = -1.0;  ///< rad after failure; -1: friction_angle
   double residual_cohesion = 0.0;         ///< Pa after failure
-  double residual_tension = 0.0;          ///< Pa after failure
+  double residual_tension = 0.0;          ///< Pa after failure, until the joint opens
   double softening_slip = 0.0;            ///< m of slip from peak to residual values; 0: brittle
   double normal_stiffness = 0.0;          ///< Pa/m on the contact area; 0: rigid
   double shear_stiffness = 0.0;  ///< Pa/m on the contact area; > 0 where normal_stiffness is
