@@ -46,6 +46,11 @@ class StaticStages(FolderTest):
             self.assertLess(summary["factorizations"], most, push)
             self.assertEqual(summary["proof"] is not None, verdict == "mechanism")
 
+    def test_proximal_newton_by_name_is_for_motion(self):
+        summary = self.run_scene({**shear_wall(15000), "contact_iteration": "proximal_newton"})
+        self.assertEqual(summary["stages"][0]["verdict"], "rest")
+        self.assertEqual(summary["proximal_newton_attempts"], 0)
+
     def test_shear_wall_far_away(self):
         """By its corners, whose rounding makes corners of no area beside those of the glued joint."""
         turn = elsewhere.rotation([1, 2, -0.5], 47.0)

@@ -15,9 +15,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kRangeIncrements = 16;    // of the range
-constexpr int kStepsOfOne = 20;         // dynamic
+constexpr int kStepsOfOne = 40;         // dynamic
 constexpr double kAlmostClosed = 1e-5;  // of the smallest block
-constexpr double kSlow = 4.0;           // times the time in which a stone falls as far
+constexpr double kSlow = 12.0;          // times the time in which a stone falls as far
 
 class Path {
  public:
@@ -44,7 +44,10 @@ class Path {
   bool go(solver::Simulation& run, double way) {
     if (way > 0.0) {
       const double duration = kSlow * std::sqrt(2.0 * way / gravity_);
-      block().motion.value = Vector3(way / duration * down_);
+      const double begins = run.state().time;
+      block().motion.value =
+          solver::interpolate({begins, begins + 0.5 * duration, begins + duration},
+                              {Vector3::Zero(), 2.0 * way / duration * down_, Vector3::Zero()});
       run.change(scene_);
       options_.analysis = solver::Analysis::Dynamic;
       options_.time_step = duration / kStepsOfOne;

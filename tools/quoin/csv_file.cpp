@@ -2,6 +2,8 @@
 
 #include <cerrno>
 #include <charconv>
+#include <cmath>
+#include <limits>
 
 #include "scene_file/printable.hpp"
 #include "scene_file/scene_error.hpp"
@@ -37,7 +39,8 @@ CsvFile& CsvFile::text(std::string_view value) {
 CsvFile& CsvFile::number(double value) {
   separate();
   char digits[32];
-  out_.write(digits, std::to_chars(digits, digits + sizeof digits, value).ptr - digits);
+  const double shown = std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value;
+  out_.write(digits, std::to_chars(digits, digits + sizeof digits, shown).ptr - digits);
   return *this;
 }
 

@@ -60,24 +60,22 @@ class Sum {
 
   JointSum joint() {
     Vector3 middle = Vector3::Zero(), mean = Vector3::Zero(), pressed = Vector3::Zero();
-    double normal_forces = 0.0;
     for (const Contact& contact : contacts_) {
       const geometry::ContactPoint& point = contact.point;
       joint_.closed += contact.mode != solver::ContactMode::Open ? 1 : 0;
       joint_.gap = std::min(joint_.gap, point.gap);
       joint_.area += contact.area();
       joint_.force += force_on_b(contact);
-      normal_forces += contact.normal_force;
+      joint_.normal_force += contact.normal_force;
       middle += contact.area() * point.point();
       mean += point.point() / joint_.points;
       pressed += contact.normal_force * point.point();
     }
     joint_.normal = normal();
-    joint_.normal_force = joint_.force.dot(joint_.normal);
     middle = joint_.area > 0 ? Vector3(middle / joint_.area) : mean;
     for (const Contact& contact : contacts_)
       joint_.moment += (contact.point.point() - middle).cross(force_on_b(contact));
-    joint_.centre = normal_forces > 0 ? Vector3(pressed / normal_forces) : middle;
+    joint_.centre = joint_.normal_force > 0 ? Vector3(pressed / joint_.normal_force) : middle;
     joint_.edge_stress = edge_stress().value_or(-1.0);
     return joint_;
   }

@@ -44,7 +44,9 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
     return (moved.by_loads.cwiseAbs() - moved.rounding).maxCoeff() <= 0.0 &&
            change.maxCoeff() <= c.rounding && moved.end.cwiseAbs().maxCoeff() <= overlap;
   }
-  if (c.clings) {
+  // What has pressed may go on doing so, by friction, though all would come free without.
+  const bool grips = c.clings || (c.multiplier[0] > 0.0 && c.law == ContactLaw::Coulomb);
+  if (grips) {
     const Vector3 pulled = moved.by_loads.cwiseAbs() - moved.rounding;
     const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
     if (pulled.tail<2>().maxCoeff() > 0.0 || slid.tail<2>().maxCoeff() > c.rounding) return false;
@@ -459,7 +461,7 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();
-  if (residual <= kAtRest * options.force_tolerance) return {};
+  if (residual <= kAtRest * options.force_tolerance && violation(contacts) > overlap) return {};
   OpenCloseResult result{{}, true};
   result.softness = options.softness;
   guess_ = increment;

@@ -40,7 +40,7 @@ function jointsOf(c, from, to) {
       joint.points.push({index: i, at, force: Array.from(f), normal: Array.from(n), gap: c.gap[i], area: c.area[i],
                          slip: c.slip[i], state: c.state[i] & 3, failed: c.state[i] > 3});
       for (let k = 0; k < 3; ++k) {
-        joint.force[k] += f[k]; joint.normal[k] += n[k]; joint.centre[k] += pressing * at[k];
+        joint.force[k] += f[k]; joint.normal[k] += Math.abs(pressing) * n[k]; joint.centre[k] += pressing * at[k];
       }
       joint.normalForce += pressing; joint.area += c.area[i];
       joint.opening = Math.max(joint.opening, c.gap[i]);
@@ -48,6 +48,8 @@ function jointsOf(c, from, to) {
       joint.state = Math.max(joint.state, c.state[i] & 3);
       joint.failed = joint.failed || c.state[i] > 3;
     }
+    if (length(joint.normal) === 0)  // nothing bears
+      for (const p of joint.points) joint.normal = joint.normal.map((x, k) => x + p.normal[k]);
     const l = length(joint.normal) || 1, n = joint.points.length;
     joint.normal = joint.normal.map((x) => x / l);
     joint.centre = joint.normalForce > 0 ? joint.centre.map((x) => x / joint.normalForce)
