@@ -44,9 +44,7 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
     return (moved.by_loads.cwiseAbs() - moved.rounding).maxCoeff() <= 0.0 &&
            change.maxCoeff() <= c.rounding && moved.end.cwiseAbs().maxCoeff() <= overlap;
   }
-  // What has pressed may go on doing so, by friction, though all would come free without.
-  const bool grips = c.clings || (c.multiplier[0] > 0.0 && c.law == ContactLaw::Coulomb);
-  if (grips) {
+  if (c.clings) {
     const Vector3 pulled = moved.by_loads.cwiseAbs() - moved.rounding;
     const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
     if (pulled.tail<2>().maxCoeff() > 0.0 || slid.tail<2>().maxCoeff() > c.rounding) return false;
@@ -54,6 +52,13 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
   const double rounding = moved.rounding[0];
   return moved.end[0] >= 0.0 || (moved.by_loads[0] >= -rounding && moved.end[0] >= -overlap &&
                                  c.start[0] - moved.end[0] <= c.rounding + rounding);
+}
+
+/// Of what has pressed: it may go on doing so, by friction, though all would come free without.
+bool slides_free(const LinearContact& c, const FreeContact& moved) {
+  if (!(c.multiplier[0] > 0.0) || c.law != ContactLaw::Coulomb) return false;
+  const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
+  return slid.tail<2>().maxCoeff() > c.rounding;
 }
 
 }  // namespace
@@ -458,10 +463,20 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
                                               BlockVector& increment) {
   if (options.free == nullptr) return {};
   if (!is_unforced(*options.free, blocks.force, contacts, overlap)) return {};
+  const auto slides = [&](const LinearContact& c) {
+    return slides_free(c, free_contact(*options.free, blocks.force, c));
+  };
+  if (!options.moves && std::ranges::any_of(contacts, slides)) return {};
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();
-  if (residual <= kAtRest * options.force_tolerance && violation(contacts) > overlap) return {};
+  double largest = 0.0;
+  for (const Vector12& force : blocks.force) largest = std::max(largest, force.head<3>().norm());
+  const auto bears = [&](const LinearContact& c) {
+    return c.force.norm() > options.force_tolerance * largest;
+  };
+  if (residual <= kAtRest * options.force_tolerance && std::ranges::any_of(contacts, bears))
+    return {};
   OpenCloseResult result{{}, true};
   result.softness = options.softness;
   guess_ = increment;

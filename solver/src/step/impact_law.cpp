@@ -15,7 +15,7 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kEnergyRounding = 1e-9;  // of the energy before an impact
+constexpr double kEnergyRounding = 1e-9;  // of the energies that an impact's is made up of
 // Of the restitution, where that has made energy, between these, by what energy goes with it; and
 // none after the last share: eight tries at most.
 constexpr double kLessBounce = 0.5, kMostBounce = 0.8, kLeastBounce = 0.25;
@@ -76,15 +76,20 @@ void Restitution::apply(const VelocityProblem& problem) const {
 }
 
 bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
-                         std::span<const BlockState> end) {
+                         const VelocityTolerance& tolerance, std::span<const BlockState> end) {
   if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
   pushed_.assign(shares_.size(), 0.0);
   available_.assign(shares_.size(), 0.0);
   now_.assign(shares_.size(), 0.0);
   strained_.assign(shares_.size(), 0.0);
+  noise_.assign(shares_.size(), 0.0);
   for (std::size_t s = 0; s < groups_.size(); ++s) {
     const std::size_t b = index(step.island.slots.block_of_slot[s]), group = index(groups_[s]);
-    available_[group] += mechanical_energy(step, b, step.state) + work.forces[s] + work.impulses[s];
+    const double before = mechanical_energy(step, b, step.state);
+    available_[group] += before + work.forces[s] + work.impulses[s];
+    noise_[group] +=
+        tolerance.relative * (before + std::abs(work.forces[s]) + std::abs(work.impulses[s])) +
+        tolerance.absolute * step.compiled.models[b].mass * end[b].velocity.norm();
     pushed_[group] += work.impulses[s];
     now_[group] += mechanical_energy(step, b, end);
     strained_[group] += strain_energy(step.compiled.models[b], end[b]);
@@ -95,12 +100,11 @@ bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
   set_group_energy(step, groups_, common, end, least);
   bool any = false;
   for (std::size_t group = 0; group < shares_.size(); ++group) {
-    const double rounding = kEnergyRounding * std::abs(available_[group]);
-    if (now_[group] <= available_[group] + rounding || !(shares_[group] > 0.0)) continue;
+    if (now_[group] <= available_[group] + noise_[group] || !(shares_[group] > 0.0)) continue;
     const double relative = now_[group] - strained_[group] - least[group];
     const double gained = now_[group] - free_[group] - pushed_[group];  // by impulses
     const bool taken_off = now_[group] - relative <= available_[group];
-    if (taken_off && gained <= kSlight * relative + rounding) continue;
+    if (taken_off && gained <= kSlight * relative + noise_[group]) continue;
     const double excess = std::max(gained, now_[group] - available_[group]);
     const double kept = std::sqrt(std::max(0.0, 1.0 - 2.0 * excess / relative));
     const double less = std::clamp(kept, kLessBounce, kMostBounce);
@@ -519,7 +523,12 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     set_pushed_work(problem, impact.pushed);
     again = follow_openings(problem) > tuning.gap_tolerance && left-- > 0;
     if (again) continue;
-    again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, blocks.end);
+    const bool yields = memory.solver.yielding();
+    const VelocityTolerance tolerance{
+        tuning.gap_tolerance / step.length,
+        yields ? crowd_tolerance(step.options.tolerance) : kEnergyRounding};
+    again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, tolerance,
+                                      blocks.end);
   }
   total.converged = total.converged && attempt.solved.converged;
   total.residual = worse_residual(total.residual, attempt.solved.residual);

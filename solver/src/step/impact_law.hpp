@@ -38,6 +38,12 @@ struct WorkOnBlocks {
   std::span<const double> impulses;  ///< of moving supports, by the impulses beyond their forces
 };
 
+/// What velocities are solved to.
+struct VelocityTolerance {
+  double absolute = 0.0;  ///< m/s
+  double relative = 0.0;  ///< of the energies that an impact's is made up of
+};
+
 /// Restitution of each group of blocks that closed contacts join, or joined until the first impact:
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
@@ -52,7 +58,8 @@ class Restitution {
   /// Less of it for groups that have more energy than they had with the work done on them, where
   /// impulses gave it or bound_energy() could not take it off; true when there are any. `end`: by
   /// block.
-  bool lessen(const SubStep& step, const WorkOnBlocks& work, std::span<const BlockState> end);
+  bool lessen(const SubStep& step, const WorkOnBlocks& work, const VelocityTolerance& tolerance,
+              std::span<const BlockState> end);
 
   /// By slot: the least slot of its group.
   std::span<const int> groups() const { return groups_; }
@@ -71,7 +78,7 @@ class Restitution {
   std::vector<double> shares_;  ///< by group; 0 where nothing bounces
   std::vector<char> bouncing_, grounded_, driven_;
   std::vector<double> free_;  ///< by group, J: of what no contact has pushed
-  std::vector<double> available_, now_, strained_, pushed_;  ///< memory of lessen(): by group, J
+  std::vector<double> available_, now_, strained_, pushed_, noise_;  ///< of lessen(): by group, J
 };
 
 struct AttemptMemory;
