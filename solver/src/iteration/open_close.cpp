@@ -54,13 +54,6 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
                                  c.start[0] - moved.end[0] <= c.rounding + rounding);
 }
 
-/// Of what has pressed: it may go on doing so, by friction, though all would come free without.
-bool slides_free(const LinearContact& c, const FreeContact& moved) {
-  if (!(c.multiplier[0] > 0.0) || c.law != ContactLaw::Coulomb) return false;
-  const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
-  return slid.tail<2>().maxCoeff() > c.rounding;
-}
-
 }  // namespace
 
 bool is_unforced(const FreeMotion& free, const BlockVector& force,
@@ -69,6 +62,30 @@ bool is_unforced(const FreeMotion& free, const BlockVector& force,
     return is_left_alone(c, free_contact(free, force, c), overlap);
   });
 }
+
+namespace {
+
+/// Whether what has pressed would slide: it may go on pressing, by friction, though all would come
+/// free without.
+bool slides_free(const FreeMotion& free, const BlockVector& force,
+                 std::span<const LinearContact> contacts) {
+  return std::ranges::any_of(contacts, [&](const LinearContact& c) {
+    if (!(c.multiplier[0] > 0.0) || c.law != ContactLaw::Coulomb) return false;
+    const FreeContact moved = free_contact(free, force, c);
+    const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
+    return slid.tail<2>().maxCoeff() > c.rounding;
+  });
+}
+
+/// Whether contacts bear more than this share of the largest force on a block.
+bool bear(const BlockVector& force, std::span<const LinearContact> contacts, double share) {
+  double largest = 0.0;
+  for (const Vector12& on_block : force) largest = std::max(largest, on_block.head<3>().norm());
+  return std::ranges::any_of(
+      contacts, [&](const LinearContact& c) { return c.force.norm() > share * largest; });
+}
+
+}  // namespace
 
 double coast(const FreeMotion& free, const Slots& slots, const BlockVector& force,
              BlockVector& increment) {
@@ -463,19 +480,12 @@ std::optional<OpenCloseResult> OpenClose::fly(const BlockEquations& blocks,
                                               BlockVector& increment) {
   if (options.free == nullptr) return {};
   if (!is_unforced(*options.free, blocks.force, contacts, overlap)) return {};
-  const auto slides = [&](const LinearContact& c) {
-    return slides_free(c, free_contact(*options.free, blocks.force, c));
-  };
-  if (!options.moves && std::ranges::any_of(contacts, slides)) return {};
+  if (!options.moves && slides_free(*options.free, blocks.force, contacts)) return {};
   newton_.set(blocks, contacts, increment, options.gap_rounding);
   newton_.evaluate(Law::True, options.softness);
   const double residual = newton_.equations().relative_residual();
-  double largest = 0.0;
-  for (const Vector12& force : blocks.force) largest = std::max(largest, force.head<3>().norm());
-  const auto bears = [&](const LinearContact& c) {
-    return c.force.norm() > options.force_tolerance * largest;
-  };
-  if (residual <= kAtRest * options.force_tolerance && std::ranges::any_of(contacts, bears))
+  if (residual <= kAtRest * options.force_tolerance &&
+      bear(blocks.force, contacts, options.force_tolerance))
     return {};
   OpenCloseResult result{{}, true};
   result.softness = options.softness;

@@ -17,8 +17,8 @@ inline constexpr double kEnergyGrowth = 1e-6;
 /// be trusted.
 inline constexpr double kLargestTurn = 0.3, kMeaninglessTurn = 1.0;
 
-/// Gap that is closed by one impact and struck by the next in one sub-step, by the smaller block: up
-/// to there blocks count as touching.
+/// Gap that is closed by one impact and struck by the next in one sub-step, by the smaller block:
+/// beneath, blocks count as touching.
 inline constexpr double kGapBetweenImpacts = 1e-4;
 
 /// What a change of a block's energy is measured against, J.
