@@ -301,6 +301,13 @@ if not 4 * math.sin(math.radians(20)) < path["holds"] < path["lost"] < 4 * math.
 if checked(folder / "sunk")[0]:
     failures.append(f"settlement: {checked(folder / 'sunk')[1]}")
 
+# Where it slides off does not hang on how far the path was to go.
+bar = scene(5, [box([0, 0, -1], [.5, 1, 0], "fixed"), box([3.5, 0, -1], [4.5, 1, 0], "fixed"), box([0, 0, 0], [4, 1, .4])])
+reports = [asked(bar, "--vary", f"settlement=b1:0:{to}", "--tolerance", "1e-3")[1] for to in (1.4, 2, 3)]
+held = [report["loading"]["gradual"]["holds"] for report in reports]
+if max(held) - min(held) > 5e-3:
+    failures.append(f"settlement up to 1.4, 2, 3: {held}")
+
 # 3DEC's sliding wedge, planes of dip / direction 40 / 130 and 60 / 220. Runs slide at the closed form of Hoek & Bray;
 # forces that press it between its planes exist below that, too.
 def upward(dip, direction):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <quoin/geometry/mass_properties.hpp>
 #include <quoin/geometry/queries.hpp>
 #include <quoin/geometry/time_of_impact.hpp>
@@ -246,6 +247,14 @@ double energy_noise(const solver::Scene& scene, double overlap) {
   return noise * std::max(1.0, scene.gravity.at(0.0).norm());
 }
 
+/// The limit that a run exceeds which gains or leaves open `value` where `scale` has been moved, J.
+std::optional<double> limit_exceeded(const SceneFile& file, const RunResult& result, double value,
+                                     double scale) {
+  if (value <= kMostGrowth * scale) return {};
+  const double limit = kMostGrowth * scale + energy_noise(file.scene, result.total.largest_overlap);
+  return value <= limit ? std::nullopt : std::optional(limit);
+}
+
 /// A line for what the ledger of a run leaves open, and for growth that no step flags: steps gain
 /// less than they flag, and many of them more.
 void append_ledger(const SceneFile& file, const RunResult& result,
@@ -259,12 +268,11 @@ void append_ledger(const SceneFile& file, const RunResult& result,
       start.contact + end.contact + change(&solver::EnergyLedger::work) +
       change(&solver::EnergyLedger::friction_loss) + change(&solver::EnergyLedger::impact_loss) +
       change(&solver::EnergyLedger::algorithmic_loss);
-  const double allowed =
-      kMostGrowth * moved + energy_noise(file.scene, result.total.largest_overlap);
   const auto append = [&](const char* what, double value) {
-    if (value <= allowed) return;
+    const std::optional<double> limit = limit_exceeded(file, result, value, moved);
+    if (!limit) return;
     std::ostringstream line;
-    line << "not to be trusted: " << what << ' ' << value << " J, limit " << allowed << " J";
+    line << "not to be trusted: " << what << ' ' << value << " J, limit " << *limit << " J";
     lines.push_back(line.str());
   };
   append("the energy ledger leaves open", change(&solver::EnergyLedger::closure));
@@ -855,12 +863,12 @@ class Runner {
   /// yet. Overlaps that are kept give energy.
   void judge_growth() {
     if (file_.scene.initial_overlap == solver::InitialOverlap::Keep) return;
-    const double allowed = kMostGrowth * result_.energy_scale +
-                           energy_noise(file_.scene, result_.total.largest_overlap);
-    for (RunFlag& flag : result_.flags) {
-      if (flag.worst.kind != solver::FlagKind::EnergyGrowth) continue;
-      flag.fails = !(result_.energy_growth <= allowed);
-    }
+    const auto grows = [&] {
+      return limit_exceeded(file_, result_, result_.energy_growth, result_.energy_scale)
+          .has_value();
+    };
+    for (RunFlag& flag : result_.flags)
+      if (flag.worst.kind == solver::FlagKind::EnergyGrowth) flag.fails = grows();
   }
 
   /// A run that came to its end, with flags that fail it, has not been completed well.

@@ -174,11 +174,10 @@ void hand_on(const Contact& before, const CarryOptions& options, BodyContact& co
     return;
   }
   const Pose &a = options.poses[index(contact.a)], &b = options.poses[index(contact.b)];
-  const Vector3 stretch = between(a, b) + (b.shape * before.anchor_b - a.shape * before.anchor_a);
-  state.anchor_b = contact.arm_b + reference_arm(b, stretch - stretch.dot(normal) * normal);
+  state.anchor_b = contact.arm_b + reference_arm(b, shear_stretch(a, b, normal, before));
 }
 
-/// Of one pair.
+/// Whether two contacts of one pair lie between the same parts.
 bool same_parts(const CarryOptions& options, const Contact& before, const BodyContact& contact) {
   const geometry::ContactKey& key = before.point.key;
   return part_of(options.models[index(contact.a)], key.feature_a) == contact.part_a &&

@@ -37,6 +37,11 @@ FreeContact free_contact(const FreeMotion& free, const BlockVector& force, const
   return moved;
 }
 
+bool slides(const LinearContact& c, const FreeContact& moved) {
+  const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
+  return slid.tail<2>().maxCoeff() > c.rounding;
+}
+
 bool is_left_alone(const LinearContact& c, const FreeContact& moved, double overlap) {
   if (c.compliant) return false;
   if (c.bonded || c.law == ContactLaw::Bilateral) {
@@ -46,8 +51,7 @@ bool is_left_alone(const LinearContact& c, const FreeContact& moved, double over
   }
   if (c.clings) {
     const Vector3 pulled = moved.by_loads.cwiseAbs() - moved.rounding;
-    const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
-    if (pulled.tail<2>().maxCoeff() > 0.0 || slid.tail<2>().maxCoeff() > c.rounding) return false;
+    if (pulled.tail<2>().maxCoeff() > 0.0 || slides(c, moved)) return false;
   }
   const double rounding = moved.rounding[0];
   return moved.end[0] >= 0.0 || (moved.by_loads[0] >= -rounding && moved.end[0] >= -overlap &&
@@ -70,10 +74,8 @@ namespace {
 bool slides_free(const FreeMotion& free, const BlockVector& force,
                  std::span<const LinearContact> contacts) {
   return std::ranges::any_of(contacts, [&](const LinearContact& c) {
-    if (!(c.multiplier[0] > 0.0) || c.law != ContactLaw::Coulomb) return false;
-    const FreeContact moved = free_contact(free, force, c);
-    const Vector3 slid = (moved.end - c.start).cwiseAbs() - moved.rounding;
-    return slid.tail<2>().maxCoeff() > c.rounding;
+    return c.multiplier[0] > 0.0 && c.law == ContactLaw::Coulomb &&
+           slides(c, free_contact(free, force, c));
   });
 }
 

@@ -247,6 +247,18 @@ VelocityProblem::Start start_of(const LinearContact& c, double bounce) {
   return {c.multiplier, c.offset[0], c.normal_stiffness, c.shear_stiffness, bounce, c.assumed};
 }
 
+/// What moving supports carry a contact by in a step's time at the end's velocities, m.
+Vector3 carried(const ImpactStep& at, const BodyContact& contact, const LinearContact& c) {
+  Vector3 way = Vector3::Zero();
+  const auto add = [&](int slot, int block, const ContactJacobian& jacobian) {
+    const Vector12 velocity = velocity_vector(at.end[index(block)]);
+    if (slot < 0 && !velocity.isZero(0.0)) way += at.step.length * (jacobian * velocity);
+  };
+  add(c.slot_a, contact.a, c.jacobian_a);
+  add(c.slot_b, contact.b, c.jacobian_b);
+  return way;
+}
+
 /// `ended`: as the positions leave it. `c`: as these solved it; it becomes that of the velocities.
 void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact& ended,
                  LinearContact& c, VelocityProblem& problem) {
@@ -254,14 +266,7 @@ void set_contact(const ImpactStep& at, const BodyContact& contact, const Contact
   c.normal_spring = c.shear_spring = c.dilation_slope = 0.0;
   c.cohesion *= 2.0;
   linearise_velocity(contact, at.poses, c);
-  const auto carry = [&](int slot, int block,
-                         const ContactJacobian& jacobian) {  // by a moving support
-    const Vector12 velocity = velocity_vector(at.end[index(block)]);
-    if (slot < 0 && !velocity.isZero(0.0)) c.offset += dt * (jacobian * velocity);
-  };
-  carry(c.slot_a, contact.a, c.jacobian_a);
-  carry(c.slot_b, contact.b, c.jacobian_b);
-  c.start = c.offset;
+  c.start = c.offset = carried(at, contact, c);
   const double bounce = full_bounce(at, contact, c);
   c.multiplier = 2.0 * force_in_frame(ended, contact, ended.point.normal);
   const bool resting = !ended.impact;
@@ -312,12 +317,6 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
   problem.work_before.assign(problem.force.size(), 0.0);
   const double share = attempt.first_impact;
   if (!(share > 0.0)) return;
-  const auto work_before = [&](int slot, const LinearContact& c, int block,
-                               const ContactJacobian& jacobian, const Vector3& push) {
-    if (slot >= 0) return;
-    const Vector12 way = at.step.length * velocity_vector(at.end[index(block)]);
-    problem.work_before[index(c.first_slot())] -= 0.5 * push.dot(jacobian * way);
-  };
   LinearContact end;
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Contact& before = contacts[i].state;
@@ -329,8 +328,9 @@ void add_earlier_impulses(const ImpactStep& at, std::span<const BodyContact> con
     if (c.slot_a >= 0) problem.force[index(c.slot_a)] += end.jacobian_a.push(push);
     if (c.slot_b >= 0) problem.force[index(c.slot_b)] += end.jacobian_b.push(push);
     if (c.slot_a >= 0 && c.slot_b >= 0) problem.pushed_before.emplace_back(c.slot_a, c.slot_b);
-    work_before(c.slot_a, c, contacts[i].a, end.jacobian_a, push);
-    work_before(c.slot_b, c, contacts[i].b, end.jacobian_b, push);
+    end.slot_a = c.slot_a;
+    end.slot_b = c.slot_b;
+    problem.work_before[index(c.first_slot())] -= 0.5 * push.dot(carried(at, contacts[i], end));
   }
 }
 
