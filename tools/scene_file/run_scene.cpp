@@ -641,7 +641,7 @@ class Runner {
     std::ostringstream line;
     line << stage_name() << ": mechanism: block " << block_name(file_, stage.travel_block)
          << " has moved by " << stage.travel << " of its size and does not come to rest; unbalance "
-         << stage.unbalance << " of the largest force";
+         << stage.unbalance;
     return line.str();
   }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "base/index.hpp"
 #include "iteration/interior_point.hpp"
@@ -23,9 +25,12 @@ constexpr int kFailures = 2;
 // and of many blocks that deform.
 constexpr double kInsideSoftness = 1e-4, kRedundantSoftness = 0.1;
 constexpr int kInsidePatience = 40;  // iterations from known forces, and from those found inside
-// Residual of forces inside that are an answer. With 1e-4 four of 21 walls that deform rested, with
-// forces across gaps, where they fall.
-constexpr double kGoodInside = 1e-6;
+// Residual of forces inside that are an answer: of rigid blocks, and where some deform.
+constexpr double kGoodInside = 1e-6, kSoftInside = 1e-4;
+// Of a block's contacts, the sum of gaps times forces by that of what these forces strain the
+// blocks by times forces. Without it bricks hang in walls by forces that no strain makes
+// (bench/README.md, Mechanisms).
+constexpr double kSmallGap = 0.1;
 // Friction of what settles and is not found with that of what cannot slide, 100: on cones that wide
 // gaps of 1 mm are within that residual, and what sticks by 2 sticks by 100.
 constexpr double kSettlesSlowly = 2.0;
@@ -144,6 +149,33 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
 
+namespace {
+
+/// The largest of the blocks' measures (kSmallGap).
+double gap_share(const BlockSystem& base, std::span<const LinearContact> contacts) {
+  std::vector<double> across(base.diagonal.size()), strained(base.diagonal.size());  // J
+  for (const LinearContact& c : contacts) {
+    if (c.mode == ContactMode::Open) continue;
+    double compliance = 0.0;
+    c.each_side([&](std::size_t s, const ContactJacobian& jacobian) {
+      if (!jacobian.deforms()) return;
+      const Vector6 row = jacobian.strain->row(0);
+      compliance += row.dot(base.diagonal.part<6>(s, 6).llt().solve(row));
+    });
+    if (!(compliance > 0.0)) continue;
+    c.each_side([&](std::size_t s, const ContactJacobian&) {
+      across[s] += std::abs(c.relative[0] * c.force[0]);
+      strained[s] += compliance * c.force[0] * c.force[0];
+    });
+  }
+  double largest = 0.0;
+  for (std::size_t s = 0; s < across.size(); ++s)
+    if (strained[s] > 0.0) largest = std::max(largest, across[s] / strained[s]);
+  return largest;
+}
+
+}  // namespace
+
 /// By the proximal Newton method.
 OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,
                                      std::span<LinearContact> contacts,
@@ -200,7 +232,8 @@ OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquati
     tuning.predicted = false;
     tuning.softness = tuning.redundant ? kRedundantSoftness : kInsideSoftness;
   }
-  const bool good = inside.residual <= kGoodInside;
+  const bool good = inside.residual <= (slots_->rigid() ? kGoodInside : kSoftInside) &&
+                    gap_share(blocks.base, contacts) <= kSmallGap;
   const std::vector<LinearContact> found(contacts.begin(), contacts.end());
   BlockVector moved = increment;
   const bool exact = !(good && slow_) && open_close(good ? kInsidePatience : most);

@@ -23,9 +23,9 @@ constexpr double kOfMany = 8.0;
 // [Higham 2002, section 4.2], areas and loads that are known to a few digits leave more; an
 // unbalance of this is at rest (StepOptions::rest_unbalance).
 constexpr double kBalance = 1e-6;
-// Of the smaller block and the largest force, gap times force of a contact. Where forces are
-// inexact (ContactSolver) they may balance across gaps, and are those of no state.
-constexpr double kOpen = 1e-6;
+// Residual, and of the smaller block and the largest force, gap times force of a contact. Where
+// forces are inexact (ContactSolver) they may balance across gaps, and are those of no state.
+constexpr double kExactForces = 1e-6;
 constexpr double kStillFalling = 0.5;  // of the last unbalance
 
 /// Edge of the cube with the block's mean second moment, m: the same in every frame.
@@ -146,7 +146,8 @@ void judge(const CompiledScene& compiled, const StepOptions& options, double str
     report.travel = travel;
     report.travel_block = b;
   }
-  const bool balanced = report.unbalance <= options.rest_unbalance && open <= kOpen * largest;
+  const bool balanced = report.unbalance <= options.rest_unbalance &&
+                        report.residual <= kExactForces && open <= kExactForces * largest;
   const bool falling =
       report.unbalance > 0.0 && !(report.unbalance > kStillFalling * search.unbalance);
   if (balanced && !falling) report.verdict = StaticVerdict::Rest;

@@ -169,20 +169,15 @@ Contact* heir(const Contact& past, std::span<Contact> ended) {
 }
 
 /// What contacts report of a step in several parts is its mean, handed on where one takes the place
-/// of another; of springs what they bear in the last one.
+/// of another.
 void take_means(Island& island) {
   if (!(island.done > 0.0)) return;
   std::vector<Contact>& ended = island.attempt.contacts;
   const double before = island.done / (island.done + island.length);
-  const auto is_spring = [&](const Contact& c) {
-    return island.attempt.positions[static_cast<std::size_t>(&c - ended.data())].compliant;
-  };
-  for (Contact& contact : ended)
-    if (!is_spring(contact)) set_force_on_b((1.0 - before) * force_on_b(contact), contact);
+  for (Contact& contact : ended) set_force_on_b((1.0 - before) * force_on_b(contact), contact);
   for (const Contact& past : island.history) {
     Contact* now = heir(past, ended);
-    if (now == nullptr || is_spring(*now)) continue;
-    set_force_on_b(force_on_b(*now) + before * force_on_b(past), *now);
+    if (now != nullptr) set_force_on_b(force_on_b(*now) + before * force_on_b(past), *now);
   }
 }
 

@@ -217,24 +217,31 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
   for (const int q : step.island.quiet) account_quiet(step, q, linear[next++], poses, energy);
 }
 
-double unbalance(const SubStep& step, const StepPoses& poses,
-                 std::span<const LinearContact> linear) {
-  const Vector3 gravity = step.compiled.scene.gravity.at(step.load_time());
-  double largest = 0.0, unbalanced = 0.0, sources = 0.0;
+namespace {
+
+// Of the largest force, the least that the unbalance of a block with weight is measured by. A
+// thrust of thousands of weights is turned by some of them: by the thrust alone they would be none.
+constexpr double kLight = 0.01;
+
+/// Inertia of the step, and of what the block comes with and would be stopped by in it.
+double moving_force(const SubStep& step, const StepPoses& poses, int block) {
+  const BlockModel& model = step.compiled.models[index(block)];
+  const Vector12 inertial = inertia_force(model, poses.increment[index(block)], step.length);
+  const double force = force_size(inertial, model.size);
+  if (!step.dynamic()) return force;
+  const Vector12 coasting = step.length * velocity_vector(start_state(step, poses, index(block)));
+  return std::max(force, force_size(0.5 * inertia_force(model, coasting, step.length), model.size));
+}
+
+double largest_force(const SubStep& step, const StepPoses& poses,
+                     std::span<const LinearContact> linear, double gravity) {
+  double largest = 0.0, sources = 0.0;
   for (const int block : step.island.slots.block_of_slot) {
     const BlockModel& model = step.compiled.models[index(block)];
-    const Vector12 inertial = inertia_force(model, poses.increment[index(block)], step.length);
-    unbalanced = std::max(unbalanced, force_size(inertial, model.size));
-    if (step.dynamic()) {  // what the block comes with, and would be stopped by in this step
-      const Vector12 coasting =
-          step.length * velocity_vector(start_state(step, poses, index(block)));
-      const Vector12 stopping = 0.5 * inertia_force(model, coasting, step.length);
-      unbalanced = std::max(unbalanced, force_size(stopping, model.size));
-    }
     Vector12 prestress = Vector12::Zero(), elastic = Vector12::Zero();
     prestress.tail<6>() = model.volume * model.initial_stress;
     elastic.tail<6>() = model.volume * (model.elasticity * strain_at_end(step, poses, block));
-    const double weight = model.mass * gravity.norm(), stress = force_size(prestress, model.size);
+    const double weight = model.mass * gravity, stress = force_size(prestress, model.size);
     largest = std::max({largest, weight, stress});
     sources += weight + stress + force_size(elastic, model.size);
   }
@@ -250,8 +257,22 @@ double unbalance(const SubStep& step, const StepPoses& poses,
   if (!(sources > 0.0)) sources = std::numeric_limits<double>::infinity();
   for (const LinearContact& c : linear)
     largest = std::max(largest, std::min(c.force.norm(), sources));
-  if (!(largest > 0.0)) largest = unbalanced;  // nothing holds it or drives it on
-  return largest > 0.0 ? unbalanced / largest : 0.0;
+  return largest;
+}
+
+}  // namespace
+
+double unbalance(const SubStep& step, const StepPoses& poses,
+                 std::span<const LinearContact> linear) {
+  const double gravity = step.compiled.scene.gravity.at(step.load_time()).norm();
+  const double least = (gravity > 0.0 ? kLight : 1.0) * largest_force(step, poses, linear, gravity);
+  double worst = 0.0;
+  for (const int block : step.island.slots.block_of_slot) {
+    const double force = moving_force(step, poses, block);
+    const double scale = std::max(least, step.compiled.models[index(block)].mass * gravity);
+    if (force > 0.0) worst = std::max(worst, scale > 0.0 ? force / scale : 1.0);
+  }
+  return worst;
 }
 
 /// Compliance of its blocks = (dt^2/2) / effective mass.

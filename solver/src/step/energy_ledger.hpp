@@ -32,7 +32,7 @@ void account(const SubStep& step, const StepPoses& poses, std::span<const BodyCo
              std::span<const LinearContact> linear, std::span<const TieState> ties,
              StepEnergy& energy);
 
-/// Static measure: the largest inertia force by the largest weight, load or contact force.
+/// StepReport::unbalance
 double unbalance(const SubStep& step, const StepPoses& poses,
                  std::span<const LinearContact> linear);
 
