@@ -30,7 +30,7 @@ constexpr double kGoodInside = 1e-6, kSoftInside = 1e-4;
 // Of a block's contacts, the sum of gaps times forces by that of what these forces strain the
 // blocks by times forces. Without it bricks hang in walls by forces that no strain makes
 // (bench/README.md, Mechanisms).
-constexpr double kSmallGap = 0.1;
+constexpr double kSmallGap = 0.03;
 // Friction of what settles and is not found with that of what cannot slide, 100: on cones that wide
 // gaps of 1 mm are within that residual, and what sticks by 2 sticks by 100.
 constexpr double kSettlesSlowly = 2.0;
