@@ -27,9 +27,9 @@ constexpr double kInsideSoftness = 1e-4, kRedundantSoftness = 0.1;
 constexpr int kInsidePatience = 40;  // iterations from known forces, and from those found inside
 // Residual of forces inside that are an answer: of rigid blocks, and where some deform.
 constexpr double kGoodInside = 1e-6, kSoftInside = 1e-4;
-// Of a block's contacts, the sum of gaps times forces by that of what these forces strain the
-// blocks by times forces. Without it bricks hang in walls by forces that no strain makes
-// (bench/README.md, Mechanisms).
+// What a block's contact forces would do across the gaps that they leave, by what they do in
+// straining it and its neighbours. Without this limit bricks hang in walls by forces that no strain
+// makes (bench/README.md, Mechanisms).
 constexpr double kSmallGap = 0.03;
 // Friction of what settles and is not found with that of what cannot slide, 100: on cones that wide
 // gaps of 1 mm are within that residual, and what sticks by 2 sticks by 100.
@@ -56,6 +56,29 @@ constexpr double kSteep = 2.0;
 // the heavy block; two normal forces on the light one. Grains on a slab take 20 times the solves
 // without the first, a wall with a pebble across a joint on top 25 times without the second.
 constexpr double kHolds = 1e-3, kPinches = 0.1;
+
+/// Of the block with the most of it (kSmallGap).
+double gap_share(const BlockSystem& base, std::span<const LinearContact> contacts) {
+  std::vector<double> across(base.diagonal.size()), strained(base.diagonal.size());  // J
+  for (const LinearContact& c : contacts) {
+    if (c.mode == ContactMode::Open) continue;
+    double compliance = 0.0;
+    c.each_side([&](std::size_t s, const ContactJacobian& jacobian) {
+      if (!jacobian.deforms()) return;
+      const Vector6 row = jacobian.strain->row(0);
+      compliance += row.dot(base.diagonal.part<6>(s, 6).llt().solve(row));
+    });
+    if (!(compliance > 0.0)) continue;
+    c.each_side([&](std::size_t s, const ContactJacobian&) {
+      across[s] += std::abs(c.relative[0] * c.force[0]);
+      strained[s] += compliance * c.force[0] * c.force[0];
+    });
+  }
+  double largest = 0.0;
+  for (std::size_t s = 0; s < across.size(); ++s)
+    if (strained[s] > 0.0) largest = std::max(largest, across[s] / strained[s]);
+  return largest;
+}
 
 }  // namespace
 
@@ -148,33 +171,6 @@ OpenCloseResult ContactSolver::iterate(const StepOptions& options, const BlockEq
     return solve_static(options.analysis, blocks, contacts, tuning, increment);
   return open_close_.solve(blocks.base, blocks.force, contacts, tuning, increment);
 }
-
-namespace {
-
-/// The largest of the blocks' measures (kSmallGap).
-double gap_share(const BlockSystem& base, std::span<const LinearContact> contacts) {
-  std::vector<double> across(base.diagonal.size()), strained(base.diagonal.size());  // J
-  for (const LinearContact& c : contacts) {
-    if (c.mode == ContactMode::Open) continue;
-    double compliance = 0.0;
-    c.each_side([&](std::size_t s, const ContactJacobian& jacobian) {
-      if (!jacobian.deforms()) return;
-      const Vector6 row = jacobian.strain->row(0);
-      compliance += row.dot(base.diagonal.part<6>(s, 6).llt().solve(row));
-    });
-    if (!(compliance > 0.0)) continue;
-    c.each_side([&](std::size_t s, const ContactJacobian&) {
-      across[s] += std::abs(c.relative[0] * c.force[0]);
-      strained[s] += compliance * c.force[0] * c.force[0];
-    });
-  }
-  double largest = 0.0;
-  for (std::size_t s = 0; s < across.size(); ++s)
-    if (strained[s] > 0.0) largest = std::max(largest, across[s] / strained[s]);
-  return largest;
-}
-
-}  // namespace
 
 /// By the proximal Newton method.
 OpenCloseResult ContactSolver::yield(const BlockEquations& blocks,

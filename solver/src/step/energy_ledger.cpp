@@ -233,6 +233,7 @@ double moving_force(const SubStep& step, const StepPoses& poses, int block) {
   return std::max(force, force_size(0.5 * inertia_force(model, coasting, step.length), model.size));
 }
 
+/// Weight, load or contact force of the island, N. `gravity`: m/s2.
 double largest_force(const SubStep& step, const StepPoses& poses,
                      std::span<const LinearContact> linear, double gravity) {
   double largest = 0.0, sources = 0.0;

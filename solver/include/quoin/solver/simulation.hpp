@@ -225,8 +225,8 @@ struct StepReport {
   int proximal_newton_attempts = 0;  ///< at a sub-step: those that it solved
   double residual = 0.0;         ///< relative force residual of the last iteration; inf: diverged
   double largest_overlap = 0.0;  ///< m
-  /// Of a block, force that makes the step's motion from rest / weight, at least 0.01 of the
-  /// largest weight, load or contact force.
+  /// Largest of the blocks' forces that make the step's motion from rest / weight, or 0.01 of the
+  /// largest weight, load or contact force, if that is more; without gravity / that force.
   double unbalance = 0.0;
   StaticVerdict verdict = StaticVerdict::Seeking;
   double travel = 0.0;    ///< static: farthest way of a block since the analysis began, less what
