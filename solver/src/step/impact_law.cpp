@@ -16,9 +16,10 @@ namespace quoin::solver {
 namespace {
 
 constexpr double kEnergyRounding = 1e-9;  // of the energies that an impact's is made up of
-// Of the restitution, where that has made energy, between these, by what energy goes with it; and
-// none after the last share: eight tries at most.
-constexpr double kLessBounce = 0.5, kMostBounce = 0.8, kLeastBounce = 0.25;
+// Of the restitution that has made energy, the least share that is tried next; of a group's kinetic
+// energy and of the share, what may lack at what is found; and so many tries, the last without any.
+constexpr double kLessBounce = 0.5, kNearBounce = 1e-3;
+constexpr int kBounces = 8;
 // Of the energy of a group's motion against each other: so much is taken off that motion. Arms that
 // turn between impact and end of step, and velocities of crowds that are good to 1e-6 of forces,
 // make it, not the restitution.
@@ -31,6 +32,25 @@ double mechanical_energy(const SubStep& step, std::size_t block,
 }
 
 }  // namespace
+
+bool BounceShare::change(bool too_much, double excess, double kinetic) {
+  if (tries == kBounces) return false;
+  if (!too_much) {
+    const bool near = -excess <= kNearBounce * kinetic || share >= (1.0 - kNearBounce) * beyond;
+    if (tries == 0 || near) return false;
+    enough = share;
+    left = -excess;
+  } else {
+    beyond = share;
+    lacks = excess;
+  }
+  // Energy goes with the square of the share, less of it the more blocks move beside the bounce.
+  const double low = enough * enough, high = beyond * beyond;
+  double square = high * (1.0 - std::min(std::ldexp(lacks / kinetic, tries), 1.0));
+  if (enough > 0.0) square = high - (high - low) * lacks / (lacks + left);
+  share = ++tries < kBounces ? std::max(std::sqrt(square), kLessBounce * beyond) : enough;
+  return true;
+}
 
 void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
                         const SquareBlocks& compliance, std::span<const BlockState> end) {
@@ -50,7 +70,8 @@ void Restitution::begin(const SubStep& step, const VelocityProblem& problem,
     if (!c.start.isZero(0.0)) driven_[group_of(c)] = 1;
     if (problem.starts[i].bounce != 0.0) bouncing_[group_of(c)] = 1;
   }
-  shares_.assign(bouncing_.begin(), bouncing_.end());
+  shares_.resize(slots);
+  for (std::size_t s = 0; s < slots; ++s) shares_[s] = {.share = bouncing_[s] ? 1.0 : 0.0};
   if (std::ranges::none_of(bouncing_, [](char bounces) { return bounces != 0; })) return;
   free_.assign(slots, 0.0);
   for (std::size_t s = 0; s < slots; ++s) {
@@ -71,13 +92,14 @@ void Restitution::apply(const VelocityProblem& problem) const {
     c.normal_stiffness = start.normal_stiffness;
     c.shear_stiffness = start.shear_stiffness;
     c.assumed = start.assumed;
-    c.offset[0] = start.gap + shares_[group_of(c)] * start.bounce;
+    c.offset[0] = start.gap + shares_[group_of(c)].share * start.bounce;
   }
 }
 
 bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
                          const VelocityTolerance& tolerance, std::span<const BlockState> end) {
-  if (std::ranges::none_of(shares_, [](double share) { return share > 0.0; })) return false;
+  const auto bounces = [](const BounceShare& of) { return of.share > 0.0; };
+  if (std::ranges::none_of(shares_, bounces)) return false;
   pushed_.assign(shares_.size(), 0.0);
   available_.assign(shares_.size(), 0.0);
   now_.assign(shares_.size(), 0.0);
@@ -100,16 +122,12 @@ bool Restitution::lessen(const SubStep& step, const WorkOnBlocks& work,
   set_group_energy(step, groups_, common, end, least);
   bool any = false;
   for (std::size_t group = 0; group < shares_.size(); ++group) {
-    if (now_[group] <= available_[group] + noise_[group] || !(shares_[group] > 0.0)) continue;
-    const double relative = now_[group] - strained_[group] - least[group];
+    if (!bounces(shares_[group])) continue;
+    const double kinetic = now_[group] - strained_[group], relative = kinetic - least[group];
+    const double excess = now_[group] - available_[group];
     const double gained = now_[group] - free_[group] - pushed_[group];  // by impulses
-    const bool taken_off = now_[group] - relative <= available_[group];
-    if (taken_off && gained <= kSlight * relative + noise_[group]) continue;
-    const double excess = std::max(gained, now_[group] - available_[group]);
-    const double kept = std::sqrt(std::max(0.0, 1.0 - 2.0 * excess / relative));
-    const double less = std::clamp(kept, kLessBounce, kMostBounce);
-    shares_[group] = shares_[group] > kLeastBounce ? less * shares_[group] : 0.0;
-    any = true;
+    const bool taken_off = excess <= relative && gained <= kSlight * relative + noise_[group];
+    any = shares_[group].change(excess > noise_[group] && !taken_off, excess, kinetic) || any;
   }
   return any;
 }

@@ -44,6 +44,17 @@ struct VelocityTolerance {
   double relative = 0.0;  ///< of the energies that an impact's is made up of
 };
 
+/// How much of a group's restitution there is energy for, sought by what it leaves too much, J.
+struct BounceShare {
+  double share = 0.0;                ///< 0 where nothing bounces
+  double enough = 0.0, left = 0.0;   ///< the largest for which there was, and what was left
+  double beyond = 0.0, lacks = 0.0;  ///< the least for which there was not, and what lacked
+  int tries = 0;
+
+  /// Another share; false: it stays. `excess`: of energy, by this share; `kinetic`: the group's.
+  bool change(bool too_much, double excess, double kinetic);
+};
+
 /// Restitution of each group of blocks that closed contacts join, or joined until the first impact:
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
@@ -55,9 +66,9 @@ class Restitution {
   /// The contacts as they are before a solution, with their bounce, or what is left of it.
   void apply(const VelocityProblem& problem) const;
 
-  /// Less of it for groups that have more energy than they had with the work done on them, where
-  /// impulses gave it or bound_energy() could not take it off; true when there are any. `end`: by
-  /// block.
+  /// For groups that have more energy than they had with the work done on them, where impulses gave
+  /// it or bound_energy() could not take it off, as much of it as there is energy for; true when
+  /// any has to be tried again. `end`: by block.
   bool lessen(const SubStep& step, const WorkOnBlocks& work, const VelocityTolerance& tolerance,
               std::span<const BlockState> end);
 
@@ -75,7 +86,7 @@ class Restitution {
 
   JoinedGroups joined_;
   std::vector<int> groups_;
-  std::vector<double> shares_;  ///< by group; 0 where nothing bounces
+  std::vector<BounceShare> shares_;  ///< by group
   std::vector<char> bouncing_, grounded_, driven_;
   std::vector<double> free_;  ///< by group, J: of what no contact has pushed
   std::vector<double> available_, now_, strained_, pushed_, noise_;  ///< of lessen(): by group, J
