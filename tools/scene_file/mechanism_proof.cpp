@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kNear = 0.1;  // of a block: steps call a mechanism what leaves that
 // Of the smallest block: what all loads together may press springs by that stand for rigid joints.
-constexpr double kStiff = 1e-6;
+constexpr double kStiff = 1e-4;
 
 /// Of such springs at least, N/m3.
 double least_stiffness(const solver::EquilibriumProblem& problem) {
