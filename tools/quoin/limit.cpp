@@ -85,9 +85,9 @@ json loading_json(const LimitArguments& arguments, VariedScene& scenes, const Li
 
 void print_reached(const char* how, const json& reached) {
   const auto at = [&](const char* key) {
-    return reached[key].is_null() ? std::string("nowhere") : text(reached[key]);
+    return reached[key].is_null() ? std::string("nowhere") : "at " + text(reached[key]);
   };
-  std::printf("  %s loading, observed: holds at %s, is lost at %s", how, at("holds").c_str(),
+  std::printf("  %s loading, observed: holds %s, is lost %s", how, at("holds").c_str(),
               at("lost").c_str());
   const bool done = reached["why"].is_null();
   std::printf("%s\n", done ? "" : (" (" + reached["why"].get<std::string>() + ")").c_str());
@@ -331,7 +331,7 @@ int limit(const LimitArguments& arguments) {
 int asked(const LimitArguments& words) {
   const bool varies = !words.vary.empty(), thrusts = !words.thrust.empty();
   if (int{varies} + int{thrusts} + int{words.each} != 1)
-    throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given");
+    throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given, and one alone");
   LimitArguments with_stage = words;
   with_stage.changes = limit_analysis::with_static_stage(words.scene, words.changes);
   if (words.each) return each(with_stage);

@@ -21,16 +21,17 @@ double overlap_share(const CompiledScene& compiled, const geometry::ContactPoint
   return -point.gap / std::min(size(compiled, point.key.a), size(compiled, point.key.b));
 }
 
-/// An overlap that no joint's stiffness accounts for. `share`: of the smaller block.
-bool is_hard(const CompiledScene& compiled, const geometry::ContactPoint& point, double share) {
-  if (!(share > kLargestOverlap) || share > kLargestStrain) return share > kLargestOverlap;
-  return !(joint_between(compiled.scene, point.key.a, point.key.b).normal_stiffness > 0.0);
+/// Of the smaller block, beyond which no joint's stiffness accounts for an overlap.
+double hard_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point) {
+  const Joint& joint = joint_between(compiled.scene, point.key.a, point.key.b);
+  return joint.normal_stiffness > 0.0 ? kLargestStrain : kLargestOverlap;
 }
 
 void note_overlap(const CompiledScene& compiled, const geometry::ContactPoint& point,
                   WorstOverlap& worst) {
   const double share = overlap_share(compiled, point);
-  const WorstOverlap now{is_hard(compiled, point, share), share, &point};
+  const bool hard = share > kLargestOverlap && share > hard_overlap(compiled, point);
+  const WorstOverlap now{hard, share, &point};
   if (now.size() > worst.size()) worst = now;
 }
 
@@ -45,7 +46,8 @@ void add(const WorstOverlap& now, WorstOverlap& total) {
 }
 
 /// Overlaps of springs are by their law.
-StepFlag worst_overlap(const StepEvidence& evidence, const Extremes& extremes) {
+StepFlag worst_overlap(const CompiledScene& compiled, const StepEvidence& evidence,
+                       const Extremes& extremes) {
   const WorstOverlap& worst =
       extremes.held.size() > extremes.found.size() ? extremes.held : extremes.found;
   StepFlag flag{.kind = FlagKind::Overlap, .limit = kLargestOverlap};
@@ -54,6 +56,7 @@ StepFlag worst_overlap(const StepEvidence& evidence, const Extremes& extremes) {
   flag.block = worst.point->key.a;
   flag.other = worst.point->key.b;
   flag.fails = !evidence.springs && worst.hard;
+  if (flag.fails) flag.limit = hard_overlap(compiled, *worst.point);
   return flag;
 }
 
@@ -146,7 +149,7 @@ void append_flags(const CompiledScene& compiled, const Extremes& extremes,
           .limit = kLargestStrain,
           .block = extremes.strained,
           .fails = true});
-  append(worst_overlap(evidence, extremes));
+  append(worst_overlap(compiled, evidence, extremes));
   append({.kind = FlagKind::Rounding,
           .value = evidence.rounding / evidence.gap_tolerance,
           .limit = 1.0});
