@@ -29,8 +29,8 @@ constexpr int kInsidePatience = 40;  // iterations from known forces, and from t
 constexpr double kGoodInside = 1e-6, kSoftInside = 1e-4;
 // What a block's contact forces would do across the gaps that they leave, by what they do in
 // straining it and its neighbours. Without this limit bricks hang in walls by forces that no strain
-// makes (bench/README.md, Mechanisms).
-constexpr double kSmallGap = 0.03;
+// makes (bench/README.md, Mechanisms). The second: of blocks that are far from rest, too.
+constexpr double kSmallGap = 0.03, kFarGap = 0.3;
 // Friction of what settles and is not found with that of what cannot slide, 100: on cones that wide
 // gaps of 1 mm are within that residual, and what sticks by 2 sticks by 100.
 constexpr double kSettlesSlowly = 2.0;
@@ -229,7 +229,7 @@ OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquati
     tuning.softness = tuning.redundant ? kRedundantSoftness : kInsideSoftness;
   }
   const bool good = inside.residual <= (slots_->rigid() ? kGoodInside : kSoftInside) &&
-                    gap_share(blocks.base, contacts) <= kSmallGap;
+                    gap_share(blocks.base, contacts) <= (slow_ ? kFarGap : kSmallGap);
   const std::vector<LinearContact> found(contacts.begin(), contacts.end());
   BlockVector moved = increment;
   const bool exact = !(good && slow_) && open_close(good ? kInsidePatience : most);
