@@ -34,6 +34,9 @@ constexpr double kSmallGap = 0.03, kFarGap = 0.3;
 // Friction of what settles and is not found with that of what cannot slide, 100: on cones that wide
 // gaps of 1 mm are within that residual, and what sticks by 2 sticks by 100.
 constexpr double kSettlesSlowly = 2.0;
+// Of a block: held points that are left so far from their places contradict each other. Turns by an
+// angle leave half its square.
+constexpr double kContradicts = 1e-4;
 // Times the gap tolerance: blocks that have moved by less may be at rest, which asks for all digits
 // of the forces. With 1e3 and 1e5 a sliding wall and those of bench/README.md take as many solves.
 constexpr double kFarFromRest = 1e4;
@@ -56,6 +59,14 @@ constexpr double kSteep = 2.0;
 // the heavy block; two normal forces on the light one. Grains on a slab take 20 times the solves
 // without the first, a wall with a pebble across a joint on top 25 times without the second.
 constexpr double kHolds = 1e-3, kPinches = 0.1;
+
+/// Held points that no motion brings where they are held: any residual is small by their forces.
+bool contradict(const Slots& slots, std::span<const LinearContact> contacts) {
+  return std::ranges::any_of(contacts, [&](const LinearContact& c) {
+    const double apart = kContradicts * slots.length[index(c.first_slot())];
+    return c.law == ContactLaw::Bilateral && c.relative.norm() > apart;
+  });
+}
 
 /// Of the block with the most of it (kSmallGap).
 double gap_share(const BlockSystem& base, std::span<const LinearContact> contacts) {
@@ -229,6 +240,7 @@ OpenCloseResult ContactSolver::solve_static(Analysis analysis, const BlockEquati
     tuning.softness = tuning.redundant ? kRedundantSoftness : kInsideSoftness;
   }
   const bool good = inside.residual <= (slots_->rigid() ? kGoodInside : kSoftInside) &&
+                    !contradict(*slots_, contacts) &&
                     gap_share(blocks.base, contacts) <= (slow_ ? kFarGap : kSmallGap);
   const std::vector<LinearContact> found(contacts.begin(), contacts.end());
   BlockVector moved = increment;
