@@ -331,7 +331,8 @@ int limit(const LimitArguments& arguments) {
 int asked(const LimitArguments& words) {
   const bool varies = !words.vary.empty(), thrusts = !words.thrust.empty();
   if (int{varies} + int{thrusts} + int{words.each} != 1)
-    throw std::invalid_argument("limit: one of --vary, --each and --thrust has to be given, and one alone");
+    throw std::invalid_argument(
+        "limit: one of --vary, --each and --thrust has to be given, and one alone");
   LimitArguments with_stage = words;
   with_stage.changes = limit_analysis::with_static_stage(words.scene, words.changes);
   if (words.each) return each(with_stage);

@@ -147,10 +147,6 @@ constexpr double kCreep = 1e-3;
 // falling arch took four times the solves. Where contacts yield velocities rest on them no better.
 constexpr double kAllowed = 5e-7, kAllowedYielding = 1e-8;
 
-// Of the gap tolerance, of blocks that move: the next step closes what it leaves, and energy
-// changes by its square. Most steps of a shaken wall take a solution less, one in three.
-constexpr double kVelocityGap = 100.0;
-
 // Of the normal impulse: where a joint that dilates starts to slide with more than that beyond what
 // its slope asks of the velocities, friction follows what is left of it.
 constexpr double kSurplus = 1e-3;

@@ -190,8 +190,12 @@ Fate judge(const StepRun& run, Island& island, double growth, bool can_cut) {
     mass += run.compiled.models[index(block)].mass;
   }
   const double gravity = run.compiled.scene.gravity.at(run.state.time).norm();
-  const double noise =  // what the tolerance of gaps leaves
+  double noise =  // what the tolerance of gaps leaves
       gravity * mass * run.options.tolerance * island.blocks.smallest_size;
+  // Rigid blocks that a support moves slowly have little energy beside.
+  const auto driven = island.memory.impact.restitution.driven();
+  const bool is_driven = std::ranges::any_of(driven, [](char moves) { return moves != 0; });
+  if (is_driven && island.blocks.slots.rigid()) noise *= kVelocityGap;
   const StepEnergy& energy = island.attempt.energy;
   return island.memory.solver.judge({island.solved, island.attempt.solved.closed, can_cut, growth,
                                      std::max(kGrowth * scale, noise),
