@@ -497,8 +497,9 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
                         AttemptMemory& memory, BlocksAtEnd& blocks, Attempt& attempt) {
   const std::vector<int>& own = step.island.slots.block_of_slot;
   const bool none = std::ranges::none_of(attempt.positions, takes_part);
-  if (own.empty() || (none && step.island.held.empty())) return;
   ImpactMemory& impact = memory.impact;
+  impact.restitution.forget();
+  if (own.empty() || (none && step.island.held.empty())) return;
   VelocityProblem& problem = impact.problem;
   const auto closed = [](const LinearContact& c) { return c.closing_share > 0.0; };
   if (std::ranges::any_of(attempt.linear, closed))

@@ -63,6 +63,9 @@ struct BounceShare {
 /// what is taken from a group's velocities leaves its momentum. Keeps the memory between steps.
 class Restitution {
  public:
+  /// No support moves, until begin() knows more.
+  void forget() { driven_.clear(); }
+
   /// All of it. `compliance`: inverse of each block's K, by slot.
   void begin(const SubStep& step, const VelocityProblem& problem, const SquareBlocks& compliance,
              std::span<const BlockState> end);
