@@ -16,8 +16,9 @@ namespace quoin::solver {
 namespace {
 
 constexpr double kEnergyRounding = 1e-9;  // of the energies that an impact's is made up of
-// Of the restitution that has made energy, the least share that is tried next; of a group's kinetic
-// energy and of the share, what may lack at what is found; and so many tries, the last without any.
+// Search for the share of restitution that makes no energy: what is tried next is at least
+// kLessBounce of what has made some. It ends where what is left is kNearBounce of the kinetic
+// energy, or the share that near to one that makes some, and after kBounces tries.
 constexpr double kLessBounce = 0.5, kNearBounce = 1e-3;
 constexpr int kBounces = 8;
 // Of the energy of a group's motion against each other: so much is taken off that motion. Arms that

@@ -48,14 +48,15 @@ struct VelocityTolerance {
   double relative = 0.0;  ///< of the energies that an impact's is made up of
 };
 
-/// How much of a group's restitution there is energy for, sought by what it leaves too much, J.
+/// Search for the largest share of a group's restitution that makes no energy. Energies in J.
 struct BounceShare {
   double share = 0.0;                ///< 0 where nothing bounces
-  double enough = 0.0, left = 0.0;   ///< the largest for which there was, and what was left
-  double beyond = 0.0, lacks = 0.0;  ///< the least for which there was not, and what lacked
+  double enough = 0.0, left = 0.0;   ///< the largest that made none, and the energy left
+  double beyond = 0.0, lacks = 0.0;  ///< the least that made some, and how much
   int tries = 0;
 
-  /// Another share; false: it stays. `excess`: of energy, by this share; `kinetic`: the group's.
+  /// To the share to try next; false: the search is over. `excess`: energy that this share makes;
+  /// `kinetic`: the group's.
   bool change(bool too_much, double excess, double kinetic);
 };
 

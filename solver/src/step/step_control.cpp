@@ -192,7 +192,8 @@ Fate judge(const StepRun& run, Island& island, double growth, bool can_cut) {
   const double gravity = run.compiled.scene.gravity.at(run.state.time).norm();
   double noise =  // what the tolerance of gaps leaves
       gravity * mass * run.options.tolerance * island.blocks.smallest_size;
-  // Rigid blocks that a support moves slowly have little energy beside.
+  // The next step closes what velocities leave of gaps: beside that the energy of rigid blocks
+  // that a support moves slowly is small.
   const auto driven = island.memory.impact.restitution.driven();
   const bool is_driven = std::ranges::any_of(driven, [](char moves) { return moves != 0; });
   if (is_driven && island.blocks.slots.rigid()) noise *= kVelocityGap;
