@@ -188,12 +188,6 @@ double ContactEquations::squared_residual() const {
   return sum;
 }
 
-double ContactEquations::slope(const BlockVector& direction) const {
-  double sum = 0.0;
-  for (std::size_t s = 0; s < direction.size(); ++s) sum += residual_[s].dot(direction[s]);
-  return sum;
-}
-
 double ContactEquations::relative_push(const BlockVector& push) const {
   double worst = 0.0;
   for (std::size_t s = 0; s < push.size(); ++s)
@@ -212,10 +206,7 @@ constexpr double kProgress = 0.7;   // of what it was
 // A block that is pushed and by nothing else is out of balance by all of it: 1, less what rounding
 // and the corners of a face make of it.
 constexpr double kReached = 0.99;
-// Bounds of the searches: 2^-30 of a step is rounding; an eighth halving leaves 1/128 of it.
-constexpr int kMostBisections = 30;
-constexpr int kMostHalvings = 8;
-constexpr double kFlatSlope = 0.1;   // of that at the start of the step: the Newton step is as good
+constexpr int kMostHalvings = 8;     // of a step: the last leaves 1/128 of it
 constexpr double kEnoughFall = 0.5;  // of what the tangent promises the squared residual to fall by
 
 bool is_symmetric(const Matrix3& matrix) {
@@ -302,28 +293,23 @@ bool ContactNewton::step(Law law, double softness, SolveCount& count) {
   factorized_ = solver_.solve(equations_.residual(), step_);
   if (!factorized_) return false;
   ++count.solves;
-  if (law == Law::Assumed)
-    move(Law::True, softness, 1.0);
-  else if (system_.symmetric)
-    search_slope(law, softness);
-  else
-    search_residual(law, softness);
+  law == Law::Assumed || system_.symmetric ? move(softness, 1.0) : search(softness);
   std::swap(change_, trial_);
   return true;
 }
 
-void ContactNewton::move(Law law, double softness, double share) {
+void ContactNewton::move(double softness, double share) {
   for (std::size_t s = 0; s < step_.size(); ++s) trial_[s] = change_[s] + share * step_[s];
-  equations_.evaluate(*base_, contacts_, trial_, law, softness);
+  equations_.evaluate(*base_, contacts_, trial_, Law::True, softness);
 }
 
-/// No convex function stands behind an unsymmetric step: halve it until the residual falls, or take
-/// the share that comes nearest to that.
-void ContactNewton::search_residual(Law law, double softness) {
+/// Of unsymmetric steps: halved until the residual falls, or the share that comes nearest to that.
+/// Others are taken whole: a search along them changed the solutions of 24 scenes by -1 % to 2 %.
+void ContactNewton::search(double softness) {
   const double before = equations_.squared_residual();
   double best = std::numeric_limits<double>::infinity(), best_share = 1.0, share = 1.0;
   for (int search = 0; search < kMostHalvings; ++search, share *= 0.5) {
-    move(law, softness, share);
+    move(softness, share);
     const double now = equations_.squared_residual();
     if (now < best) {
       best = now;
@@ -331,27 +317,7 @@ void ContactNewton::search_residual(Law law, double softness) {
     }
     if (now <= (1.0 - kEnoughFall * share) * before) return;
   }
-  move(law, softness, best_share);
-}
-
-/// The residual is minus the gradient of a convex function: its slope along the step falls and
-/// crosses zero once.
-void ContactNewton::search_slope(Law law, double softness) {
-  const double slope_start = equations_.slope(step_);
-  double low = 0.0, high = 1.0;
-  double at = 1.0;
-  for (int search = 0; search < kMostBisections; ++search) {
-    move(law, softness, at);
-    const double slope_now = equations_.slope(step_);
-    if (std::abs(slope_now) <= kFlatSlope * std::abs(slope_start)) break;
-    if (slope_now > 0.0) {
-      if (at >= 1.0) break;
-      low = at;
-    } else {
-      high = at;
-    }
-    at = 0.5 * (low + high);
-  }
+  move(softness, best_share);
 }
 
 /// Where a row of blocks is hit a joint closes in each step, and the next block is out of balance

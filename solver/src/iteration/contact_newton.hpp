@@ -50,8 +50,6 @@ class ContactEquations {
   bool balanced(std::size_t slot, double tolerance) const;
   /// Moments and strain moments by block length, N2.
   double squared_residual() const;
-  /// Of the residual along a direction, J.
-  double slope(const BlockVector& direction) const;
   /// The largest of forces on blocks, by the forces at them.
   double relative_push(const BlockVector& push) const;
 
@@ -129,10 +127,9 @@ class ContactNewton {
   void assemble();
   template <int n>
   void add_contacts(std::size_t first, std::size_t end);
-  void move(Law law, double softness, double share);
+  void move(double softness, double share);
   bool reaches_on(double residual, double& least) const;
-  void search_slope(Law law, double softness);
-  void search_residual(Law law, double softness);
+  void search(double softness);
 
   const Slots* slots_;
   StepWatch* watch_;

@@ -240,8 +240,7 @@ constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these ha
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
 constexpr double kGap = 0.5;          // of the tolerance of gaps
-constexpr double kLimit = 2.0;        // times that: the most that is left or kept
-constexpr double kFineGap = 0.1;      // likewise: what is beyond the limit is mended to
+constexpr double kLimit = 2.0;        // times that: the most that is kept
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
@@ -370,8 +369,7 @@ bool MovingContacts::apart() const {
 Vector3 MovingContacts::to_mend(std::size_t contact) const {
   const Vector3& unmended = problem_.unmended(contact);
   if (!keeps_gaps_) return unmended;
-  const double most = softness_ > 0.0 ? kLimit : kLimit - kFineGap;
-  const double kept = most * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
+  const double kept = kLimit * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
 
@@ -448,20 +446,9 @@ double MovingContacts::closed_share() const {
                      : std::min(1.0, (root - slope) / (2.0 * bend));
 }
 
-/// `share`, or as much more as leaves no overlap beyond the limit.
-double MovingContacts::within_limit(double share) const {
-  const double limit = kLimit * gap_;
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const double gap = problem_.motion(i, motion_[i] + problem_.unmended(i))[0];
-    const double rise = problem_.motion(i, moved_[i])[0];
-    if (gap + share * rise < -limit && rise > 0.0) share = std::min(1.0, (-limit - gap) / rise);
-  }
-  return share;
-}
-
-/// Forces that move the blocks least so that gaps are closed to within `gap`, m.
-IterationCount MovingContacts::project(const AddedForces& start, double gap) {
-  const IterationLimit limit{gap, std::min(kMostMending, iterations_left_)};
+/// Forces that move the blocks least so that gaps are closed to within gap_.
+IterationCount MovingContacts::project(const AddedForces& start) {
+  const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
   const IterationCount count = projection_.solve(problem_, x_, modes_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   const std::span<const Vector3> change = projection_.forces();
@@ -473,22 +460,13 @@ IterationCount MovingContacts::project(const AddedForces& start, double gap) {
   return count;
 }
 
-/// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Where
-/// hard contacts' overlaps are beyond the limit, and to mend all would make energy, they alone are
-/// mended: a share of all gaps would lift all blocks.
+/// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Of hard
+/// contacts, and where gaps are kept, as far as that makes no energy.
 IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  IterationCount count = project(guess(closed_), gap_);
-  const bool whole = softness_ > 0.0 && !keeps_gaps_;
-  const double paid = whole ? 1.0 : closed_share();
-  double share = within_limit(paid);
-  if (share > paid && softness_ == 0.0) {
-    keeps_gaps_ = true;
-    add(project({}, kFineGap * gap_), count);
-    share = within_limit(closed_share());
-    keeps_gaps_ = false;
-  }
+  const IterationCount count = project(guess(closed_));
+  const double share = softness_ > 0.0 && !keeps_gaps_ ? 1.0 : closed_share();
   const std::span<const Vector3> change = projection_.forces();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
