@@ -1,6 +1,6 @@
 #pragma once
-/// Newton's method on the equations of one linearised step, with a search along each step. They are
-/// counted from a first guess D0:
+/// Newton's method on the equations of one linearised step, with a search along unsymmetric steps.
+/// They are counted from a first guess D0:
 ///
 ///   residual(D) = (F - K D0) - K D + sum J^T f(d),   d = (offset + J D0) + J D.
 ///
