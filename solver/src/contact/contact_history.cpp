@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/index.hpp"
+#include "base/rounding.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
 
@@ -232,11 +233,9 @@ JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
 }
 
 /// Of a block: a strip that narrow, as wide as the tolerance of places, is an edge.
-constexpr double kNoWidth = 1e-9;
-
 double edge_area(const CarryOptions& options, const BodyContact& contact) {  // m2
   const double size = smaller_size(options, contact);
-  return kNoWidth * size * size;
+  return kRelativeRounding * size * size;
 }
 
 /// The integration points of a joint that acts by area: what was found of it, and inner points,
@@ -323,7 +322,7 @@ void take_over_corners(const CarryOptions& options, std::span<BodyContact> joint
       if (!known(c)) return std::numeric_limits<double>::infinity();
       return (c.arm_a - contact.arm_a).squaredNorm();
     });
-    const double none = kNoWidth * smaller_size(options, contact);
+    const double none = kRelativeRounding * smaller_size(options, contact);
     if (!(state.point.gap <= corner.state.point.gap + none)) continue;
     contact.was_closed = corner.was_closed;
     contact.was_bonded = corner.was_bonded;

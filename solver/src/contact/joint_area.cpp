@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/rounding.hpp"
+
 namespace quoin::solver {
 namespace {
 
@@ -18,7 +20,6 @@ using Corners = std::vector<Corner>;
 // Chosen: less than a brick's short side.
 constexpr double kNearCorner = 0.3;
 constexpr double kAtCorner = 0.9;  // what a contact at a corner has left of it, at least
-constexpr double kOnLine = 1e-9;   // of a side: what lies no farther beyond it lies on it
 constexpr double kNoSide = 1e-6;   // of the longest: what that makes of corners is shorter
 
 /// A block seen from A's centroid.
@@ -79,7 +80,7 @@ Corners corners_of(const SeenBlock& block, const JointPlane& plane, int face, bo
 Corners left_of(const Corners& polygon, const Corner& line, const Vector2d& q) {
   Corners part;
   const Vector2d& p = line.place;
-  const double least = -kOnLine * (q - p).squaredNorm();
+  const double least = -kRelativeRounding * (q - p).squaredNorm();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Corner &here = polygon[i], &next = polygon[(i + 1) % polygon.size()];
     const double left = cross(q - p, here.place - p), left_next = cross(q - p, next.place - p);
@@ -315,9 +316,6 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-/// Of the area of the corners' bounding circle: less is a line.
-constexpr double kLeastSection = 1e-9;
-
 /// Of their convex hull, counter-clockwise: arms from `middle`.
 std::vector<Vector2d> around(std::span<const Vector2d> places, const Vector2d& middle) {
   std::vector<Vector2d> arms, hull;
@@ -358,7 +356,7 @@ std::optional<JointSection> joint_section(std::span<const Vector2d> places) {
     second += area / 12.0 * (p * p.transpose() + q * q.transpose() + sum * sum.transpose());
     radius = std::max(radius, p.norm());
   }
-  if (!(section.area > kLeastSection * radius * radius)) return std::nullopt;
+  if (!(section.area > kRelativeRounding * radius * radius)) return std::nullopt;
   const Vector2d centroid = first / section.area;
   section.centroid = middle + centroid;
   section.second_moment = second - section.area * centroid * centroid.transpose();

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/rounding.hpp"
 #include "contact/contact_jacobian.hpp"
 #include "contact/joint_area.hpp"
 #include "contact/joint_law.hpp"
@@ -14,7 +15,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kStressRounding = 1e-9;  // of the strength: forces are as good as that
 constexpr double kUnborne = std::numeric_limits<double>::infinity();
 
 /// The contacts of one pair.
@@ -97,7 +97,7 @@ bool part_where_overloaded(const SolvedJoint& joint) {
     BodyContact& contact = joint.contacts[bonded.index[k]];
     const double tension = strength(*contact.joint, contact.state).tension;
     const bool spans = !bonded.stress.empty();
-    if (spans && !(bonded.stress[k] > (1.0 + kStressRounding) * tension)) continue;
+    if (spans && !(bonded.stress[k] > (1.0 + kRelativeRounding) * tension)) continue;
     weaken(*contact.joint, contact.state);
     parted[bonded.index[k]] = 1;
     any = true;
@@ -205,9 +205,9 @@ bool fail_where_sliding(const SolvedJoint& joint) {
   const ShearState shear = shear_state(joint);
   const double beyond = shear.force.squaredNorm() * shear.moment_limit * shear.moment_limit +
                         shear.moment * shear.moment * shear.limit * shear.limit;
-  const double allowed = shear.limit * shear.moment_limit * (1.0 + kStressRounding);
+  const double allowed = shear.limit * shear.moment_limit * (1.0 + kRelativeRounding);
   const bool point = shear.moment_limit == 0.0;  // bears no moment, and gets none
-  const bool holds = point ? shear.force.norm() <= (1.0 + kStressRounding) * shear.limit
+  const bool holds = point ? shear.force.norm() <= (1.0 + kRelativeRounding) * shear.limit
                            : beyond <= allowed * allowed;
   if (holds) return false;
   bool any = false;
@@ -259,7 +259,7 @@ std::vector<double> joint_loads(std::span<BodyContact> contacts,
   std::vector<double> loads(contacts.size(), 0.0);
   each_weak_joint(contacts, linear, [&](const SolvedJoint& joint) {
     const auto first = loads.begin() + (joint.contacts.data() - contacts.data());
-    std::fill_n(first, joint.contacts.size(), load_of(joint, kStressRounding * largest_force));
+    std::fill_n(first, joint.contacts.size(), load_of(joint, kRelativeRounding * largest_force));
   });
   return loads;
 }

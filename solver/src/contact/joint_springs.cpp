@@ -6,6 +6,7 @@
 #include <numeric>
 #include <vector>
 
+#include "base/rounding.hpp"
 #include "contact/joint_law.hpp"
 
 namespace quoin::solver {
@@ -14,8 +15,7 @@ namespace {
 // Chosen. Of the squared length of the smaller block (cube root of its volume), for all contacts of
 // a joint: what stands on an edge or a corner beside all faces has a spring, too.
 constexpr double kLeastArea = 0.01;
-constexpr double kWhole = 0.999;      // of the corners' part: contacts stand at all of them
-constexpr double kSameEnergy = 1e-9;  // more, relative, is not rounding of gaps
+constexpr double kWhole = 0.999;  // of the corners' part: contacts stand at all of them
 
 /// Where contacts do not stand at all corners each has its part of the least area.
 void raise_to_least(const JointBlocks& blocks, std::span<BodyContact> joint) {
@@ -99,7 +99,7 @@ double covered(std::span<const ChangedSprings> joints, Kind kind) {
 double share_left(const ChangedSprings& changed, Kind kind, double share) {
   const double now = changed.now.*kind;
   const double energy = kept(changed, kind) + share * lack(changed, kind);
-  return now > (1.0 + kSameEnergy) * energy ? std::sqrt(energy / now) : 1.0;
+  return now > (1.0 + kRelativeRounding) * energy ? std::sqrt(energy / now) : 1.0;
 }
 
 }  // namespace

@@ -5,14 +5,13 @@
 
 #include "base/index.hpp"
 #include "base/messages.hpp"
+#include "base/rounding.hpp"
 #include "iteration/cone.hpp"
 #include "iteration/moving_contacts.hpp"
 #include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
-
-constexpr double kSymmetric = 1e-9;  // of the roots of both diagonals: rounding of a matrix made
 
 void require(bool good, const std::string& place, const std::string& what) {
   if (!good) throw InputError("contact problem: " + place + ": " + what);
@@ -35,8 +34,8 @@ void check(const ContactProblem::Block& block, const std::string& place) {
           "its matrix must be positive definite");
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < i; ++j)
-      require(std::abs(m(i, j) - m(j, i)) <= kSymmetric * std::sqrt(m(i, i) * m(j, j)), place,
-              "its matrix must be symmetric");
+      require(std::abs(m(i, j) - m(j, i)) <= kRelativeRounding * std::sqrt(m(i, i) * m(j, j)),
+              place, "its matrix must be symmetric");
 }
 
 void check(const ContactProblem& problem, const ContactProblem::Contact& contact,

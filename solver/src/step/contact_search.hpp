@@ -1,6 +1,7 @@
 #pragma once
 /// Contact points of the blocks where they stand, or where an attempt takes them.
 
+#include "base/rounding.hpp"
 #include "step/workspace.hpp"
 
 namespace quoin::solver {
@@ -12,7 +13,7 @@ double vertex_speed(const BlockModel& model, const BlockState& block);
 double pair_size(const CompiledScene& compiled, int a, int b);
 
 /// An overlap by less than this is none, m. `size`: of the smaller block, m.
-inline double overlap_limit(double size) { return 1e-9 * size; }
+inline double overlap_limit(double size) { return kRelativeRounding * size; }
 
 /// Of pair_size(): blocks that come nearer by more in a step may jump over each other.
 inline constexpr double kFarthest = 0.5;

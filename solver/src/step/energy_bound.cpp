@@ -5,12 +5,11 @@
 #include <ranges>
 
 #include "base/index.hpp"
+#include "base/rounding.hpp"
 #include "linear/small_matrices.hpp"
 
 namespace quoin::solver {
 namespace {
-
-constexpr double kBounceRounding = 1e-9;  // of the energy that goes in, as for Restitution
 
 /// Share of the way from the positions' velocities, along which kinetic energy is a square: as far
 /// as there is energy for, and where that is not even so for these, where it is least.
@@ -59,7 +58,7 @@ void take_from_relative_motion(const SubStep& step, const VelocityBalance& balan
   const std::vector<int>& blocks = step.island.slots.block_of_slot;
   const auto& groups = balance.groups;
   const auto rebounds = [&](std::size_t group) {
-    return balance.bouncing[group] && has_more(of_group[group], kBounceRounding);
+    return balance.bouncing[group] && has_more(of_group[group], kRelativeRounding);
   };
   const auto all = std::views::iota(std::size_t{0}, balance.bouncing.size());
   if (std::ranges::none_of(all, rebounds)) return;

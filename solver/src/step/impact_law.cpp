@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/index.hpp"
+#include "base/rounding.hpp"
 #include "contact/contact_history.hpp"
 #include "contact/joint_law.hpp"
 #include "step/energy_bound.hpp"
@@ -15,7 +16,6 @@
 namespace quoin::solver {
 namespace {
 
-constexpr double kEnergyRounding = 1e-9;  // of the energies that an impact's is made up of
 // Search for the share of restitution that makes no energy: what is tried next is at least
 // kLessBounce of what has made some. It ends where what is left is kNearBounce of the kinetic
 // energy, or the share that near to one that makes some, and after kBounces tries.
@@ -542,7 +542,7 @@ void attempt_velocities(const SubStep& step, std::span<const BodyContact> contac
     const bool yields = memory.solver.yielding();
     const VelocityTolerance tolerance{
         tuning.gap_tolerance / step.length,
-        yields ? crowd_tolerance(step.options.tolerance) : kEnergyRounding};
+        yields ? crowd_tolerance(step.options.tolerance) : kRelativeRounding};
     again = impact.restitution.lessen(step, {attempt.energy.work_on, impact.pushed}, tolerance,
                                       blocks.end);
   }

@@ -3,14 +3,9 @@
 #include <cmath>
 
 #include "base/index.hpp"
+#include "base/rounding.hpp"
 
 namespace quoin::solver {
-namespace {
-
-constexpr double kSameLength = 1e-9;  // of the sub-step: what halving and adding up rounds
-
-}  // namespace
-
 void resize(std::size_t blocks, StepPoses& poses) {
   poses.start.resize(blocks);
   poses.end.resize(blocks);
@@ -68,7 +63,7 @@ void predict(const SubStep& step, const LastSubStep& last, StepPoses& poses) {
     const Vector12 velocity = velocity_vector(step.state[b]);
     increment = step.length * velocity;
     const std::size_t slot = index(step.compiled.slots.slot_of_block[b]);
-    const bool steady = std::abs(last.length[slot] - step.length) < kSameLength * step.length;
+    const bool steady = std::abs(last.length[slot] - step.length) < kRelativeRounding * step.length;
     if (steady && !last.hit[b]) increment += 0.5 * step.length * (velocity - last.velocity[slot]);
     if (unknowns == 6) increment.tail<6>().setZero();
   }

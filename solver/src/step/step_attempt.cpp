@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/index.hpp"
+#include "base/rounding.hpp"
 #include "contact/joint_failure.hpp"
 #include "contact/joint_law.hpp"
 #include "contact/joint_springs.hpp"
@@ -13,8 +14,6 @@
 
 namespace quoin::solver {
 namespace {
-
-constexpr double kSameStretch = 1e-9;  // relative: what differs by less is rounding of places
 
 /// Both anchors to where the contact is now, `stretch` (place of b minus place of a) apart. The
 /// anchor of a vertex stays on it.
@@ -43,7 +42,7 @@ void keep_stretch(const Pose& a, const Pose& b, const ContactGeometry& now, cons
   const Vector3 along = stretch - stretch.dot(now.normal) * now.normal;
   const double size = along.norm();
   const Vector3 has = shear_stretch(a, b, now.normal, state);
-  if (!(size > 0.0) || (has - along).norm() <= kSameStretch * size) return;
+  if (!(size > 0.0) || (has - along).norm() <= kRelativeRounding * size) return;
   move_anchor(a, b, now, stretch.norm() / size * along, contact, state);
 }
 
