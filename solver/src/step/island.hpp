@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 
-#include "base/joined_groups.hpp"
 #include "step/entrance_plane.hpp"
 #include "step/step_attempt.hpp"
 #include "step/step_flags.hpp"
@@ -122,18 +121,6 @@ struct Island {
 };
 
 using Islands = std::vector<Island*>;
-
-/// Joins the blocks with unknowns that these contacts, or ties, lie between.
-void join_blocks(const CompiledScene& compiled, std::span<const geometry::ContactPoint> found,
-                 JoinedGroups& blocks);
-
-/// By block: which island; -1: no unknowns. Islands are numbered by their least block.
-void number_islands(const CompiledScene& compiled, JoinedGroups& blocks,
-                    std::vector<int>& island_of_block);
-
-/// The blocks of each, and what acts on them.
-std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
-                                        std::span<const int> island_of_block);
 
 /// The island of a contact; -1: it is none's, or between two.
 inline int island_of(const geometry::ContactPoint& point, std::span<const int> island_of_block) {

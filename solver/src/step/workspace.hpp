@@ -4,6 +4,7 @@
 #include <quoin/geometry/contact_finder.hpp>
 #include <quoin/geometry/worker_pool.hpp>
 
+#include "base/joined_groups.hpp"
 #include "scene/initial_depths.hpp"
 #include "statics/equilibrium_search.hpp"
 #include "step/island.hpp"
