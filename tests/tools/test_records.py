@@ -55,6 +55,16 @@ class Records(FolderTest):
                 self.assertLess(max(map(abs, end[key])), 1e-13, key)
         self.assertGreater(abs(integrated(RECORD)[1]), 1e-3)  # there was something to correct
 
+    def test_a_record_that_says_something_else(self):
+        for text, more, said in (
+                ("t;x;y;z\n0,5;0,2\n1;1;1;1\n", {}, "quake.csv: line 2, column \"z\""),
+                ("t;x\n0,5;0,2\n1;1\n", {"value": "x", "along": [1, 0, 0]}, "quake.csv: line 2 has 4 fields, the first one 2"),
+                ("t;x\n0;1\n", {"value": "x", "along": [1, 0, 0], "baseline": "at_rest"}, "has one line, two or more are needed")):
+            (self.folder / "quake.csv").write_text(text)
+            motion = {"acceleration": self.record(**{"value": ["x", "y", "z"], **more})}
+            blocks = [block("table", [0, 0, 0], [1, 1, 1], "prescribed", motion=motion)]
+            self.quoin("run", self.written(self.scene(blocks=blocks)), code=2, err=said)
+
     def test_a_load_that_skips_values_is_told(self):
         load = {"type": "point", "block": "table", "point": [0.5, 0.5, 0.5], "force": self.record()}
         blocks = [block("table", [0, 0, 0], [1, 1, 1])]

@@ -76,6 +76,18 @@ class Stages(FolderTest):
         self.assertAlmostEqual(found["energy"]["work"], 0.5 * 1000 * (4 - 1), places=6)
         self.assertLess(abs(found["energy"]["growth"]), 1e-6)
 
+    def test_a_displacement_that_a_stage_gives_counts_from_there(self):
+        def moved(way):
+            return {"kind": "prescribed", "motion": {"displacement": {"formula": [way, "0", "0"]}}}
+
+        stage = {"analysis": "dynamic", "duration": 0.5}
+        for ways, exact in ((("stage_time", "0.2*stage_time"), 0.6), (("stage_time", "stage_time"), 1.0), (("t", "0.2*t"), 0.6)):
+            second = {**stage, "overrides": [{"blocks": "cube", "motion": moved(ways[1])["motion"]}]}
+            scene = sliding([stage, second], gravity=[0, 0, 0])
+            scene["blocks"][1] |= moved(ways[0])
+            found = self.run_scene(scene)
+            self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], exact, places=9)
+
     def test_a_run_goes_on_over_stages_to_the_bit(self):
         """Ended early in each of its stages, and resumed."""
         stages = [{"analysis": "static", "gravity": [0, 0, -10]},

@@ -2,7 +2,7 @@
 #include <quoin/geometry/build.hpp>
 
 #include "solver/src/step/energy_bound.hpp"
-#include "solver/src/step/island.hpp"
+#include "solver/src/step/form_islands.hpp"
 #include "support/catch.hpp"
 
 using namespace quoin::solver;

@@ -48,6 +48,10 @@ class Columns {
     for (std::size_t number = 2; std::getline(file, line); ++number) {
       if (trimmed(line).empty()) continue;
       const std::vector<std::string> fields = fields_of(line);
+      if (fields.size() > head.size()) {
+        fail("line " + std::to_string(number) + " has " + std::to_string(fields.size()) +
+             " fields, the first one " + std::to_string(head.size()));
+      }
       std::vector<double>& row = rows.emplace_back();
       for (std::size_t i = 0; i < at.size(); ++i)
         row.push_back(number_in(fields, at[i], names[i], number));
@@ -105,6 +109,8 @@ Record read_record(const nlohmann::json& value, const std::string& path,
     record.values.push_back(
         scale * (vector ? Vector3(row[1], row[2], row[3]) : Vector3(row[1] * along.normalized())));
   }
+  if (value.contains("baseline") && record.times.size() < 2)
+    throw SceneError(pointer + "/baseline", path + " has one line, two or more are needed");
   if (value.contains("baseline")) correct_baseline(record);
   return record;
 }

@@ -256,7 +256,9 @@ AreaRule cohesion_rule(const JointPolygon& polygon) {
 AreaRule strength_rule(const Joint& joint, const JointPolygon& polygon) {
   if (!acts_by_area(joint)) return kCornersAlone;
   const bool coheres = joint.cohesion > 0.0 || joint.residual_cohesion > 0.0;
-  return coheres ? cohesion_rule(polygon) : kSecondDegree;
+  // On springs even shear is to reach the strength of all points at once, which then soften.
+  const bool softens = joint.softening_slip > 0.0 && joint.normal_stiffness > 0.0;
+  return coheres && !softens ? cohesion_rule(polygon) : kSecondDegree;
 }
 
 std::vector<double> area_shares(const JointBlocks& blocks, const JointPolygon& polygon,

@@ -240,7 +240,7 @@ constexpr int kMostConeSteps = 25;    // of contacts in cones, or where these ha
 constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left out
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
 constexpr double kGap = 0.5;          // of the tolerance of gaps
-constexpr double kLimit = 2.0;        // times that: the most that is kept
+constexpr double kLimit = 2.0;        // times that: the most that is left or kept
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
@@ -446,6 +446,17 @@ double MovingContacts::closed_share() const {
                      : std::min(1.0, (root - slope) / (2.0 * bend));
 }
 
+/// `share`, or as much more as leaves no overlap beyond the limit.
+double MovingContacts::within_limit(double share) const {
+  const double limit = kLimit * gap_;
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const double gap = problem_.motion(i, motion_[i] + problem_.unmended(i))[0];
+    const double rise = problem_.motion(i, moved_[i])[0];
+    if (gap + share * rise < -limit && rise > 0.0) share = std::min(1.0, (-limit - gap) / rise);
+  }
+  return share;
+}
+
 /// Forces that move the blocks least so that gaps are closed to within gap_.
 IterationCount MovingContacts::project(const AddedForces& start) {
   const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
@@ -461,12 +472,12 @@ IterationCount MovingContacts::project(const AddedForces& start) {
 }
 
 /// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Of hard
-/// contacts, and where gaps are kept, as far as that makes no energy.
+/// contacts, and where gaps are kept, as far as that makes no energy and as the limit asks for.
 IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
   const IterationCount count = project(guess(closed_));
-  const double share = softness_ > 0.0 && !keeps_gaps_ ? 1.0 : closed_share();
+  const double share = softness_ > 0.0 && !keeps_gaps_ ? 1.0 : within_limit(closed_share());
   const std::span<const Vector3> change = projection_.forces();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -129,6 +129,7 @@ class MovingContacts {
   AddedForces guess(std::span<const Vector3> added);
   IterationCount stiffen(std::span<LinearContact> contacts);
   double closed_share() const;
+  double within_limit(double share) const;
   IterationCount project(const AddedForces& start);
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);

@@ -45,7 +45,8 @@ void number_islands(const CompiledScene& compiled, JoinedGroups& blocks,
   }
 }
 
-/// The blocks of each, and what acts on them.
+}  // namespace
+
 std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
                                         std::span<const int> island_of_block) {
   std::vector<IslandBlocks> islands;
@@ -75,6 +76,8 @@ std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
   }
   return islands;
 }
+
+namespace {
 
 /// Islands of the blocks that work.joined has together.
 void form(const StepRun& run) {

@@ -7,6 +7,10 @@
 
 namespace quoin::solver {
 
+/// The blocks of each island, and what acts on them.
+std::vector<IslandBlocks> island_blocks(const CompiledScene& compiled,
+                                        std::span<const int> island_of_block);
+
 /// Makes the islands of blocks that the contacts found join. Those of the last step with the same
 /// blocks stay, with what they remember. The source's methods know one island, the scene.
 void form_islands(const StepRun& run);

@@ -21,13 +21,22 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< (xx, yy, zz, xy, yz, zx); she
 class VectorOfTime {
  public:
   VectorOfTime(const Vector3& constant = Vector3::Zero()) : constant_(constant) {}
-  VectorOfTime(std::function<Vector3(double)> varying) : varying_(std::move(varying)) {}
+  VectorOfTime(std::function<Vector3(double)> varying)
+      : varying_(varying
+                     ? std::make_shared<const std::function<Vector3(double)>>(std::move(varying))
+                     : nullptr) {}
   /// Smooth between `knots` alone; these ascend, s.
   VectorOfTime(std::function<Vector3(double)> varying,
                std::shared_ptr<const std::vector<double>> knots)
-      : varying_(std::move(varying)), knots_(std::move(knots)) {}
-  Vector3 at(double time) const { return varying_ ? varying_(time) : constant_; }
+      : VectorOfTime(std::move(varying)) {
+    knots_ = std::move(knots);
+  }
+  Vector3 at(double time) const { return varying_ ? (*varying_)(time) : constant_; }
   bool is_constant() const { return !varying_; }
+  /// The same constant, or copies of one function.
+  bool is(const VectorOfTime& other) const {
+    return varying_ == other.varying_ && constant_ == other.constant_;
+  }
   /// None of a constant, and of a function that states none.
   std::span<const double> knots() const {
     return knots_ ? std::span<const double>(*knots_) : std::span<const double>();
@@ -35,7 +44,7 @@ class VectorOfTime {
 
  private:
   Vector3 constant_ = Vector3::Zero();
-  std::function<Vector3(double)> varying_;
+  std::shared_ptr<const std::function<Vector3(double)>> varying_;
   std::shared_ptr<const std::vector<double>> knots_;
 };
 
