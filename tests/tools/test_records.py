@@ -57,11 +57,10 @@ class Records(FolderTest):
 
     def test_a_record_that_says_something_else(self):
         for text, more, said in (
-                ("t;x;y;z\n0,5;0,2\n1;1;1;1\n", {}, "quake.csv: line 2, column \"z\""),
-                ("t;x\n0,5;0,2\n1;1\n", {"value": "x", "along": [1, 0, 0]}, "quake.csv: line 2 has 4 fields, the first one 2"),
-                ("t;x\n0;1\n", {"value": "x", "along": [1, 0, 0], "baseline": "at_rest"}, "has one line, two or more are needed")):
+                ("t;x\n0,5;0,2\n1;1\n", {}, "quake.csv: line 2 has 4 fields, the first one 2"),
+                ("t;x\n0;1\n", {"baseline": "at_rest"}, "has one line, two or more are needed")):
             (self.folder / "quake.csv").write_text(text)
-            motion = {"acceleration": self.record(**{"value": ["x", "y", "z"], **more})}
+            motion = {"acceleration": self.record(value="x", **more)}
             blocks = [block("table", [0, 0, 0], [1, 1, 1], "prescribed", motion=motion)]
             self.quoin("run", self.written(self.scene(blocks=blocks)), code=2, err=said)
 

@@ -241,6 +241,7 @@ constexpr double kConeForces = 1e-3;  // of the largest: what is worse is left o
 constexpr int kMostMending = 20;      // steps of the projection of gaps, to
 constexpr double kGap = 0.5;          // of the tolerance of gaps
 constexpr double kLimit = 2.0;        // times that: the most that is left or kept
+constexpr double kFineGap = 0.1;      // likewise: what is beyond the limit is mended to
 
 /// Of what a force is the projection of.
 ContactMode mode_of(const Admissible& forces, const Vector3& trial, double friction) {
@@ -369,7 +370,8 @@ bool MovingContacts::apart() const {
 Vector3 MovingContacts::to_mend(std::size_t contact) const {
   const Vector3& unmended = problem_.unmended(contact);
   if (!keeps_gaps_) return unmended;
-  const double kept = kLimit * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
+  const double most = softness_ > 0.0 ? kLimit : kLimit - kFineGap;
+  const double kept = most * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
 }
 
@@ -457,9 +459,9 @@ double MovingContacts::within_limit(double share) const {
   return share;
 }
 
-/// Forces that move the blocks least so that gaps are closed to within gap_.
-IterationCount MovingContacts::project(const AddedForces& start) {
-  const IterationLimit limit{gap_, std::min(kMostMending, iterations_left_)};
+/// Forces that move the blocks least so that gaps are closed to within `gap`, m.
+IterationCount MovingContacts::project(const AddedForces& start, double gap) {
+  const IterationLimit limit{gap, std::min(kMostMending, iterations_left_)};
   const IterationCount count = projection_.solve(problem_, x_, modes_, all_to_mend(), start, limit);
   iterations_left_ -= count.iterations;
   const std::span<const Vector3> change = projection_.forces();
@@ -471,13 +473,22 @@ IterationCount MovingContacts::project(const AddedForces& start) {
   return count;
 }
 
-/// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Of hard
-/// contacts, and where gaps are kept, as far as that makes no energy and as the limit asks for.
+/// Moves the blocks least so that gaps are closed; forces may leave their cones a little. Where
+/// hard contacts' overlaps are beyond the limit, and to mend all would make energy, they alone are
+/// mended: a share of all gaps would lift all blocks.
 IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  const IterationCount count = project(guess(closed_));
-  const double share = softness_ > 0.0 && !keeps_gaps_ ? 1.0 : within_limit(closed_share());
+  IterationCount count = project(guess(closed_), gap_);
+  const bool whole = softness_ > 0.0 && !keeps_gaps_;
+  const double paid = whole ? 1.0 : closed_share();
+  double share = within_limit(paid);
+  if (share > paid && softness_ == 0.0) {
+    keeps_gaps_ = true;
+    add(project({}, kFineGap * gap_), count);
+    share = within_limit(closed_share());
+    keeps_gaps_ = false;
+  }
   const std::span<const Vector3> change = projection_.forces();
   closed_.resize(x_.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {

@@ -130,7 +130,7 @@ class MovingContacts {
   IterationCount stiffen(std::span<LinearContact> contacts);
   double closed_share() const;
   double within_limit(double share) const;
-  IterationCount project(const AddedForces& start);
+  IterationCount project(const AddedForces& start, double gap);
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);
   IterationCount mend(std::span<LinearContact> contacts);
