@@ -232,7 +232,7 @@ JointBlocks blocks_of(const CarryOptions& options, const BodyContact& contact) {
   return {options.models[a], options.models[b], options.poses[a], options.poses[b]};
 }
 
-/// Of a block: a strip that narrow, as wide as the tolerance of places, is an edge.
+/// A strip as narrow as places are rounded is an edge.
 double edge_area(const CarryOptions& options, const BodyContact& contact) {  // m2
   const double size = smaller_size(options, contact);
   return kRelativeRounding * size * size;

@@ -62,9 +62,11 @@ void take_over_motions(const CompiledScene& before, const Workspace& work_before
       work.motion[p].velocity = state.blocks[index(block)].velocity;
     work.motion[p].turn = turn_at(motion, state.time);
     if (motion.kind != MotionKind::Displacement) continue;
-    const Motion& last = before.scene.blocks[index(block)].motion;
-    const bool goes_on = known >= 0 && last.kind == motion.kind && last.value.is(motion.value);
-    if (!goes_on) work.motion[p].displacement = motion.value.at(state.time);
+    const auto goes_on = [&](const Motion& last) {
+      return last.kind == motion.kind && last.value.is(motion.value);
+    };
+    if (known < 0 || !goes_on(before.scene.blocks[index(block)].motion))
+      work.motion[p].displacement = motion.value.at(state.time);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "base/rounding.hpp"
 
 namespace quoin::solver {
+
 void resize(std::size_t blocks, StepPoses& poses) {
   poses.start.resize(blocks);
   poses.end.resize(blocks);
