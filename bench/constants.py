@@ -5,7 +5,7 @@
 
 A copy of the sources reads each constant from the environment. Each is taken ten times as large and a tenth (counts three times,
 shares towards one and a third); where the first changes what is asked, the second is not tried. Lines are added to
-DIRECTORY/constants.jsonl: a run that was broken off goes on.
+DIRECTORY/constants.jsonl: a run that was broken off goes on. Rows of the page that this run has not made stay.
 """
 import argparse
 import concurrent.futures
@@ -31,7 +31,7 @@ STATICS = re.compile(r"statics/|interior_point|kInside|kRedundantSoftness|kGoodI
 DECLARED = re.compile(r"^(\s*)((?:inline )?)constexpr (double|int|std::size_t) (k[A-Z][^;\[{]*);", re.M)
 ITEM = re.compile(r"(k[A-Z]\w*) =\s*([^,;]+)")
 # Compiled in, of the machine, of a documented limit, or without a number: none of these is varied.
-LEFT_OUT = re.compile(r"/(linear|source_method)/|output|checkpoint|kPieces|kCorners|kWorth|kLarge|kMany\b.*step_control|kFlagKinds|kPlanes|Turn$|Infinite")
+LEFT_OUT = re.compile(r"/(linear|source_method)/|output|checkpoint|kPieces|kCorners|kWorth|kLarge\b|kLargeShare|step_flags.* kLargest|kMany\b.*step_control|kFlagKinds|kPlanes|Turn$|Infinite")
 VARY = """#pragma once
 #include <cstdlib>
 inline double quoin_vary(const char* name, double value) {
@@ -70,6 +70,12 @@ def factors(value, kind):
     return [("10 times", 10.0), ("a tenth", 0.1)]
 
 
+def finish(command, environment, seconds):
+    """What the command left, or None where it has no end in that CPU time."""
+    done = subprocess.run(["prlimit", f"--cpu={seconds}", *map(str, command)], env={**os.environ, **environment}, capture_output=True, text=True)
+    return done if done.returncode >= 0 else None
+
+
 class Judge:
     def __init__(self, build):
         self.quoin, self.folder = str(build / "build/tools/quoin"), build / "scenes"
@@ -89,12 +95,10 @@ class Judge:
 
     def run_scene(self, scene, environment):
         with tempfile.TemporaryDirectory() as folder:
-            try:
-                done = subprocess.run([self.quoin, "run", str(scene), "--out", folder + "/out"], env={**os.environ, **environment},
-                                      capture_output=True, timeout=25)
-                summary = json.loads(pathlib.Path(folder, "out/summary.json").read_text())
-            except (subprocess.TimeoutExpired, FileNotFoundError):
+            done, written = finish([self.quoin, "run", scene, "--out", folder + "/out"], environment, 30), pathlib.Path(folder, "out/summary.json")
+            if done is None or not written.exists():
                 return {"solves": 0, "says": "no end", "bits": None}
+            summary = json.loads(written.read_text())
         says = [str(done.returncode), summary["status"], *sorted(flag["flag"] for flag in summary["flags"])]
         bits = json.dumps([summary["energy"], summary["largest_overlap"], summary["factorizations"]])
         return {"solves": summary["factorizations"], "says": " ".join(says), "bits": bits}
@@ -103,18 +107,18 @@ class Judge:
         return {scene.stem: self.run_scene(scene, environment) for scene in self.scenes}
 
     def failed_cases(self, environment):
-        done = subprocess.run([self.quoin, "validate", "--folder", str(self.cases), "--json"], env={**os.environ, **environment},
-                              capture_output=True, text=True, timeout=600)
-        return sorted({row["case"] for row in json.loads(done.stdout or '[{"case": "all", "ok": false}]') if not row["ok"]})
+        done = finish([self.quoin, "validate", "--folder", self.cases, "--json"], environment, 600)
+        if done is None or not done.stdout:
+            return ["all cases"]
+        return sorted({row["case"] for row in json.loads(done.stdout) if not row["ok"]})
 
     def failed_tests(self, place, environment):
         tests = ROOT / "tests/tools"
         with tempfile.TemporaryDirectory() as folder:
             other = "test_limit" if re.search("statics/(cone|equilibrium[.])", place) else "test_static_stages"
             for name, arguments in (("test_random_statics", [folder, "20"]), (other, [ROOT])):
-                done = subprocess.run([sys.executable, tests / f"{name}.py", self.quoin, *map(str, arguments)],
-                                      env={**os.environ, **environment}, capture_output=True)
-                if done.returncode != 0:
+                done = finish([sys.executable, tests / f"{name}.py", self.quoin, *arguments], environment, 600)
+                if done is None or done.returncode != 0:
                     return [name]
         return []
 
@@ -144,23 +148,28 @@ def cell(row):
     return f"{text}; wrong: {wrong}" if wrong else text
 
 
-def write_page(rows):
-    lines = ["| constant | in | value | larger | smaller |", "|---|---|---|---|---|"]
-    for key in dict.fromkeys((row["file"], row["name"], row["value"]) for row in rows):
-        own = {row["variant"]: row for row in rows if (row["file"], row["name"], row["value"]) == key}
-        larger = next((row for name, row in own.items() if "times" in name or "1" in name), None)
-        smaller = next((row for name, row in own.items() if name.startswith("a ")), None)
-        lines.append(f"| `{key[1]}` | {re.sub('[.].*', '', key[0])} | {key[2]} | {cell(larger)} | {cell(smaller)} |")
+def write_page(found, rows):
     text = PAGE.read_text()
-    start = text.index("<!-- table constants")
-    start, end = text.index("\n", start) + 1, text.index("<!-- end of table -->")
+    start = text.index("\n", text.index("<!-- table constants")) + 1
+    end = text.index("<!-- end of table -->")
+    stand = {line.rsplit("|", 3)[0]: line for line in text[start:end].splitlines()}
+    lines = ["| constant | in | value | larger | smaller |", "|---|---|---|---|---|"]
+    for place, name, value, _ in found:
+        heading = f"| `{name}` | {re.sub('[.].*', '', place)} | {value} "
+        own = {row["variant"]: row for row in rows if (row["file"], row["name"], row["value"]) == (place, name, value)}
+        larger = next((row for variant, row in own.items() if not variant.startswith("a ")), None)
+        smaller = next((row for variant, row in own.items() if variant.startswith("a ")), None)
+        if own:
+            lines.append(f"{heading}| {cell(larger)} | {cell(smaller)} |")
+        elif heading in stand:
+            lines.append(stand[heading])
     PAGE.write_text(text[:start] + "\n".join(lines) + "\n" + text[end:])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", default=str(ROOT / "build-constants"), metavar="DIRECTORY", help="of the copy (default: build-constants)")
-    parser.add_argument("--only", default="", metavar="TEXT", help="constants of files with this in their path")
+    parser.add_argument("--only", default="", metavar="TEXT", help="constants with this in 'path name'")
     arguments = parser.parse_args()
     build = pathlib.Path(arguments.build).resolve()
     copy, results = build / "copy", build / "constants.jsonl"
@@ -173,7 +182,8 @@ def main():
     subprocess.run(["cmake", "--build", str(build / "build"), "--target", "quoin"], check=True, stdout=subprocess.DEVNULL)
     judge = Judge(build)
     done = [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
-    known = {(row["file"], row["name"]) for row in done}
+    known = {(row["file"], row["name"], row["value"], row["variant"]): row for row in done}
+    found = json.loads((build / "found.json").read_text())
 
     def both(constant):
         place, name, value, kind = constant
@@ -184,18 +194,20 @@ def main():
         for variant, factor in factors(number, kind) if number else ():
             if factor == 1.0:
                 continue
-            row = judge.judge(place, name, {f"{pathlib.PurePath(place).stem}_{name}": repr(factor)})
-            row = {"file": place, "name": name, "value": value, "variant": variant, **row}
-            with results.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            print(f"{name} {variant}: {cell(row)}", flush=True)
+            row = known.get((place, name, value, variant))
+            if row is None:
+                row = judge.judge(place, name, {f"{pathlib.PurePath(place).stem}_{name}": repr(factor)})
+                row = {"file": place, "name": name, "value": value, "variant": variant, **row}
+                done.append(row)
+                with results.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+                print(f"{name} {variant}: {cell(row)}", flush=True)
             if matters(row):
                 return
 
-    left = [c for c in json.loads((build / "found.json").read_text()) if arguments.only in c[0] and (c[0], c[1]) not in known]
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        list(pool.map(both, left))
-    write_page([json.loads(line) for line in results.read_text().splitlines()])
+        list(pool.map(both, [constant for constant in found if arguments.only in f"{constant[0]} {constant[1]}"]))
+    write_page(found, done)
 
 
 if __name__ == "__main__":

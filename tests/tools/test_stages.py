@@ -77,14 +77,14 @@ class Stages(FolderTest):
         self.assertLess(abs(found["energy"]["growth"]), 1e-6)
 
     def test_a_displacement_that_a_stage_gives_counts_from_there(self):
-        def moved(way):
-            return {"kind": "prescribed", "motion": {"displacement": {"formula": [way, "0", "0"]}}}
+        def along(way):
+            return {"displacement": {"formula": [way, "0", "0"]}}
 
         stage = {"analysis": "dynamic", "duration": 0.5}
         for ways, exact in ((("stage_time", "0.2*stage_time"), 0.6), (("stage_time", "stage_time"), 1.0), (("t", "0.2*t"), 0.6)):
-            second = {**stage, "overrides": [{"blocks": "cube", "motion": moved(ways[1])["motion"]}]}
+            second = {**stage, "overrides": [{"blocks": "cube", "motion": along(ways[1])}]}
             scene = sliding([stage, second], gravity=[0, 0, 0])
-            scene["blocks"][1] |= moved(ways[0])
+            scene["blocks"][1] |= {"kind": "prescribed", "motion": along(ways[0])}
             found = self.run_scene(scene)
             self.assertAlmostEqual(found["monitors"]["cube"]["displacement"][0], exact, places=9)
 

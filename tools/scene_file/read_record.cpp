@@ -109,9 +109,11 @@ Record read_record(const nlohmann::json& value, const std::string& path,
     record.values.push_back(
         scale * (vector ? Vector3(row[1], row[2], row[3]) : Vector3(row[1] * along.normalized())));
   }
-  if (value.contains("baseline") && record.times.size() < 2)
-    throw SceneError(pointer + "/baseline", path + " has one line, two or more are needed");
-  if (value.contains("baseline")) correct_baseline(record);
+  if (value.contains("baseline")) {
+    if (record.times.size() < 2)
+      throw SceneError(pointer + "/baseline", path + " has one line, two or more are needed");
+    correct_baseline(record);
+  }
   return record;
 }
 

@@ -89,6 +89,11 @@ void add_tangent_turn(const BodyContact& contact, const Rows& rows, const Vector
 
 }  // namespace
 
+Vector3 half_turn(const BodyContact& contact, const StepPoses& poses) {
+  const std::size_t owner = index(contact.normal_on_a ? contact.a : contact.b);
+  return 0.5 * (poses.start[owner].rotation * poses.increment[owner].segment<3>(3));
+}
+
 void linearise(const BodyContact& contact, const StepPoses& poses,
                std::span<const BlockModel> models, LinearContact& linear) {
   const std::size_t a = index(contact.a), b = index(contact.b);
@@ -127,7 +132,7 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
   const Matrix3& turning = poses.start[owner].rotation;
   add_tangent_turn(contact, rows, 0.5 * (stretched + stretched_end), turning, linear);
   // The tangents of the start: half the turn back from those of the middle.
-  const Vector3 back = -0.5 * (turning * poses.increment[owner].segment<3>(3));
+  const Vector3 back = -half_turn(contact, poses);
   linear.offset =
       Vector3(before.gap - contact.opening, (rows.t1 + back.cross(rows.t1)).dot(stretched),
               (rows.t2 + back.cross(rows.t2)).dot(stretched));

@@ -29,6 +29,9 @@ void linearise(const BodyContact& contact, const StepPoses& poses,
 /// block.
 void linearise_velocity(const BodyContact& contact, const StepPoses& poses, LinearContact& linear);
 
+/// Half the rotation vector of the block that carries the contact's normal, from start to end.
+Vector3 half_turn(const BodyContact& contact, const StepPoses& poses);
+
 /// Augmentation over the stiffness that the two blocks oppose to the contact. Chosen: 1e4, 1e5 and
 /// 1e6 were tried on the inclines, towers and rocking blocks; higher needs fewer updates of the
 /// multipliers and leaves fewer digits to the forces.

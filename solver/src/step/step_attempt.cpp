@@ -46,12 +46,6 @@ void keep_stretch(const Pose& a, const Pose& b, const ContactGeometry& now, cons
   move_anchor(a, b, now, stretch.norm() / size * along, contact, state);
 }
 
-/// Of the owner of the normal, whose tangents have turned by as much since the middle of the step.
-Vector3 half_turn(const StepPoses& poses, const BodyContact& contact) {
-  const std::size_t owner = index(contact.normal_on_a ? contact.a : contact.b);
-  return 0.5 * (poses.start[owner].rotation * poses.increment[owner].segment<3>(3));
-}
-
 void record_contact(const LinearContact& c, const StepPoses& poses, const BodyContact& contact,
                     Contact& state) {
   const Pose &a = poses.end[index(contact.a)], &b = poses.end[index(contact.b)];
@@ -77,7 +71,8 @@ void record_contact(const LinearContact& c, const StepPoses& poses, const BodyCo
     move_anchor(a, b, now, stretch_left(state.next_shear_force, c, moved), contact, state);
   } else if (state.spring_area > 0.0) {
     const Vector3 end = c.start + moved, along = end[1] * t1 + end[2] * t2;
-    keep_stretch(a, b, now, along + half_turn(poses, contact).cross(along), contact, state);
+    // The tangents of the end: half the turn on from those of the middle.
+    keep_stretch(a, b, now, along + half_turn(contact, poses).cross(along), contact, state);
   }
 }
 
@@ -459,8 +454,7 @@ OpenCloseResult solve_and_judge(const SubStep& step, std::vector<BodyContact>& c
     add(solve_positions(step, contacts, memory, poses, linear), total);
     if (!total.converged) break;
     const std::span<const LinearContact> solved = std::span(linear).first(contacts.size());
-    again = step.dynamic() || unbalance(step, poses, linear) <= kBalanced;
-    if (!again) break;
+    if (!step.dynamic() && !(unbalance(step, poses, linear) <= kBalanced)) break;
     again = fail_overloaded(contacts, solved, step.parting_gap());
     again = break_ties(step, poses, memory.ties) || again;
     if (again) memory.solver.allow(step.options.max_iterations);

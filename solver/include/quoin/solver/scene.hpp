@@ -21,10 +21,9 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< (xx, yy, zz, xy, yz, zx); she
 class VectorOfTime {
  public:
   VectorOfTime(const Vector3& constant = Vector3::Zero()) : constant_(constant) {}
-  VectorOfTime(std::function<Vector3(double)> varying)
-      : varying_(varying
-                     ? std::make_shared<const std::function<Vector3(double)>>(std::move(varying))
-                     : nullptr) {}
+  VectorOfTime(std::function<Vector3(double)> varying) {
+    if (varying) varying_ = std::make_shared<std::function<Vector3(double)>>(std::move(varying));
+  }
   /// Smooth between `knots` alone; these ascend, s.
   VectorOfTime(std::function<Vector3(double)> varying,
                std::shared_ptr<const std::vector<double>> knots)
