@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How much the answers depend on each constant of the solver: the table of constants.md.
 
-  constants.py [--build DIRECTORY] [--only TEXT]     two hours on two cores
+  constants.py [--build DIRECTORY] [--only TEXT ...]     two hours on two cores
 
 A copy of the sources reads each constant from the environment. Each is taken ten times as large and a tenth (counts three times,
 shares towards one and a third); where the first changes what is asked, the second is not tried. Lines are added to
@@ -169,7 +169,7 @@ def write_page(found, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--build", default=str(ROOT / "build-constants"), metavar="DIRECTORY", help="of the copy (default: build-constants)")
-    parser.add_argument("--only", default="", metavar="TEXT", help="constants with this in 'path name'")
+    parser.add_argument("--only", nargs="+", default=[""], metavar="TEXT", help="constants with one of these in 'path name'")
     arguments = parser.parse_args()
     build = pathlib.Path(arguments.build).resolve()
     copy, results = build / "copy", build / "constants.jsonl"
@@ -206,7 +206,7 @@ def main():
                 return
 
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        list(pool.map(both, [constant for constant in found if arguments.only in f"{constant[0]} {constant[1]}"]))
+        list(pool.map(both, [c for c in found if any(text in f"{c[0]} {c[1]}" for text in arguments.only)]))
     write_page(found, done)
 
 
