@@ -46,12 +46,17 @@ for what, change, code, said in (
         ("NaN", lambda cases: cases["rows"][0].update(result="0/0"), 1, "21 rows, 3 not ok"),
         ("a flag that is not raised", lambda cases: cases["runs"][0].update(flags=["overlap"]), 1, "flags other than"),
         ("a flag within a list", lambda cases: cases["runs"][0].update(flags=[["overlap"]]), 2,
-         'V03.json: /cases/runs/0/flags: [["overlap"]] must be a list of names'),
-        ("a text to vary", lambda cases: cases["runs"][0].update(vary={"mu": ["=1/6"]}), 2, 'vary mu: not a number: "=1/6"'),
+         'V03.json: /cases/runs/0/flags/0: must be'),
+        ("a text to vary", lambda cases: cases["runs"][0].update(vary={"mu": ["=1/6"]}), 2, 'V03.json: /cases/runs/0/vary/mu/0: '),
+        ("a key that there is not", lambda cases: cases.update(flag=["overlap"]), 2, 'V03.json: /cases/flag: unknown key "flag"'),
+        ("no runs", lambda cases: cases.pop("runs"), 2, 'V03.json: /cases: missing key "runs"'),
+        ("no rows", lambda cases: cases.pop("rows"), 2, 'V03.json: /cases/runs/0: missing key "rows"'),
+        ("nothing allowed", lambda cases: [cases["rows"][0].pop(key, None) for key in ("allowed", "relative")], 2,
+         'V03.json: /cases/rows: missing key "allowed"'),
         ("a run that breaks off", lambda cases: cases["runs"][0].update(set={"/stages": [{"analysis": "static"}],
                                                                           "/end_time": None}), (1, 2), "stage"),
-        ("a name that there is not", lambda cases: cases["rows"][0].update(result="c_dx"), 2, "c_dx"),
-        ("no number", lambda cases: cases["rows"][0].pop("result"), (1, 2), "result")):
+        ("a name that there is not", lambda cases: cases["rows"][0].update(result="c_dx"), 2, "V03.json: /cases/rows/result: "),
+        ("no result", lambda cases: cases["rows"][0].pop("result"), 2, 'V03.json: /cases/rows/0: missing key "result"')):
     got, text = validated(change)
     if got not in (code if isinstance(code, tuple) else (code,)) or said not in text:
         failures.append(f"quoin validate, {what}: exit code {got}: {text[-300:]}")

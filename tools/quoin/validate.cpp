@@ -141,14 +141,15 @@ int validate(const Options& options) {
     failed += ok ? 0U : 1U;
     options.json ? list.push_back(to_json(result)) : print(result);
   };
-  for (const auto& which : cases) {
+  const auto run_all = [&](const scene_file::CaseFile& which) {
     if (options.convergence) {
       for (const Series& series : which.series()) show(series, series.ok());
-      continue;
+      return;
     }
     for (const auto& run : which.runs())
       for (const Row& row : rows_of(which, run)) show(row, row.ok);
-  }
+  };
+  for (const auto& which : cases) scene_file::in_file(which.path(), [&] { run_all(which); });
   if (options.json)
     std::printf("%s\n", list.dump(1).c_str());
   else

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -15,6 +16,7 @@
 
 #include "scene_file/printable.hpp"
 #include "scene_file/read_json.hpp"
+#include "scene_file/schema_check.hpp"
 
 namespace quoin::scene_file {
 namespace {
@@ -75,6 +77,12 @@ class CaseFormula {
 const Json& part(const Json& object, const char* key) {
   static const Json kEmpty = Json::object();
   return object.contains(key) ? object[key] : kEmpty;
+}
+
+/// What it must say under a key. Throws SceneError.
+const Json& said(const Json& object, const char* key, const std::string& pointer) {
+  if (!object.contains(key)) throw SceneError(pointer, "missing key " + shown(std::string(key)));
+  return object[key];
 }
 
 std::string short_number(double value) {
@@ -323,7 +331,7 @@ class Gathering {
 CaseRow judged(const Json& row, const std::string& quantity, double result, Names& names) {
   CaseRow made{.quantity = quantity, .result = result};
   const auto value = [&](const char* key) {
-    return CaseFormula(row.at(key), names, std::string("/cases/rows/") + key)();
+    return CaseFormula(said(row, key, "/cases/rows"), names, std::string("/cases/rows/") + key)();
   };
   if (row.contains("at_least")) {
     made.quantity += ", at least";
@@ -349,9 +357,8 @@ std::string change_of(const std::string& name, const Json& value) {
 struct CaseFile::Document {
   std::string folder, scene;
   Json cases;
-  std::string of_file;
 
-  const Json& runs() const { return cases.at("runs"); }
+  const Json& runs() const { return cases["runs"]; }
 
   /// The entry, with what is said for all runs where it says nothing itself.
   Json entry(const Json& own) const {
@@ -391,12 +398,10 @@ struct CaseFile::Document {
       for (const Json& value : alternatives) {
         next.push_back(run);
         if (value.is_object()) {
-          next.back().words[key] = value.value("name", "");
+          next.back().words[key] = value["name"];
           for (const auto& [name, set] : part(value, "set").items())
             next.back().changes.push_back(change_of(name, set));
         } else {
-          if (!value.is_number())
-            throw SceneError("/cases/runs", "vary " + key + ": not a number: " + value.dump());
           next.back().changes.push_back(change_of(key, value));
           next.back().parameters.emplace_back(key, value.get<double>());
         }
@@ -413,18 +418,11 @@ struct CaseFile::Document {
       const std::string key =
           run.parameters.empty() ? "" : short_number(run.parameters.front().second);
       if (flags.is_object() && !flags.contains(key)) continue;
-      run.flags = names_of_flags(flags.is_object() ? flags[key] : flags, run.entry);
+      run.flags = (flags.is_object() ? flags[key] : flags).get<std::vector<std::string>>();
       ++used;
     }
     if (flags.is_object() && used < flags.size() && !quick)
       throw SceneError("/cases/runs", "flags of a value that does not vary: " + flags.dump());
-  }
-
-  std::vector<std::string> names_of_flags(const Json& list, std::size_t run) const {
-    const bool are_names = list.is_array() && std::ranges::all_of(list, &Json::is_string);
-    if (are_names) return list.get<std::vector<std::string>>();
-    throw SceneError(of_file + ": /cases/runs/" + std::to_string(run) + "/flags",
-                     shown(nlohmann::json(list)) + " must be a list of names");
   }
 
   struct Evaluated {
@@ -439,7 +437,8 @@ struct CaseFile::Document {
     std::vector<CaseRun> parts{run};
     for (const auto& [key, values] : part(entry, "mean_over").items()) vary(key, values, parts);
     Evaluated all;
-    all.results.resize(entry.at("rows").size());
+    const Json& rows = said(entry, "rows", "/cases/runs/" + std::to_string(run.entry));
+    all.results.resize(rows.size());
     std::vector<bool> raised(solver::kFlagKinds);
     for (const CaseRun& part : parts) {
       auto [result, names] = gather(entry, part.changes, all.outcome.may_fail);
@@ -454,7 +453,7 @@ struct CaseFile::Document {
       if (status != entry.value("status", "completed"))
         all.failure = status + ": " + result.message;
       for (std::size_t k = 0; k < all.results.size(); ++k) {
-        all.results[k] += CaseFormula(entry["rows"][k].at("result"), names, "/cases/rows")() /
+        all.results[k] += CaseFormula(rows[k]["result"], names, "/cases/rows/result")() /
                           static_cast<double>(parts.size());
       }
       all.names = std::move(names);
@@ -488,13 +487,13 @@ struct CaseFile::Document {
   }
 };
 
-CaseFile::CaseFile(const std::string& path) {
+CaseFile::CaseFile(const std::string& path) : path_(path) {
   const std::filesystem::path file(path);
   name_ = file.stem().string().substr(0, file.stem().string().find('_'));
   Json document = Json::parse(plain_json(path));
-  if (!document.contains("cases")) throw SceneError("", "missing key \"cases\"");
+  check_schema(nlohmann::json::parse(cases_schema()), nlohmann::json(document));
   title_ = document.value("title", "");
-  Document made{file.parent_path().string(), {}, document["cases"], path};
+  Document made{file.parent_path().string(), {}, document["cases"]};
   document.erase("cases");
   if (made.cases.contains("scene")) {  // another file's, with what this one says
     const std::filesystem::path base = file.parent_path() / made.cases["scene"];
@@ -536,7 +535,7 @@ CaseOutcome CaseFile::run(const CaseRun& run) const {
   CaseOutcome& outcome = evaluated.outcome;
   outcome.seconds = seconds_since(start);
   std::size_t k = 0;
-  for (const Json& row : entry.at("rows")) {
+  for (const Json& row : entry["rows"]) {
     const std::string quantity =
         document_->label(row.value("quantity", run.name), run, evaluated.names);
     outcome.rows.push_back(judged(row, quantity, evaluated.results[k++], evaluated.names));
@@ -557,17 +556,17 @@ std::vector<CaseSeries> CaseFile::series() const {
   std::vector<CaseSeries> all;
   for (const Json& own : part(document_->cases, "series")) {
     const auto start = std::chrono::steady_clock::now();
-    const std::string refine = own.at("refine");
+    const std::string refine = own["refine"];
     const bool penalty = refine.ends_with("penalty");
     CaseSeries series{.case_name = name_,
-                      .quantity = own.at("quantity"),
+                      .quantity = own["quantity"],
                       .refined = penalty ? "penalty" : "time_step",
                       .expected_order = own.value("order", 0.0),
-                      .floor = own.at("floor")};
+                      .floor = own["floor"]};
     Json entry = document_->entry(own);
-    entry["rows"] = {{{"result", own.at("error")}}};
-    for (int i = 0; i < own.at("count"); ++i) {
-      const double value = own.at("first").get<double>() * std::pow(penalty ? 10.0 : 0.5, i);
+    entry["rows"] = {{{"result", own["error"]}}};
+    for (int i = 0; i < own["count"]; ++i) {
+      const double value = own["first"].get<double>() * std::pow(penalty ? 10.0 : 0.5, i);
       CaseRun run;
       for (const auto& [name, set] : part(entry, "set").items())
         run.changes.push_back(change_of(name, set));
@@ -614,13 +613,21 @@ bool CaseSeries::ok() const {
   return order() >= expected_order - kOrderSlack;
 }
 
+void in_file(const std::string& path, const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const SceneError& error) {
+    throw SceneError(path, error.what());
+  }
+}
+
 std::vector<CaseFile> read_cases(const std::string& folder) {
   std::vector<std::string> paths;
   for (const auto& file : std::filesystem::directory_iterator(folder))
     if (file.path().extension() == ".json") paths.push_back(file.path().string());
   std::ranges::sort(paths);
   std::vector<CaseFile> cases;
-  for (const std::string& path : paths) cases.emplace_back(path);
+  for (const std::string& path : paths) in_file(path, [&] { cases.emplace_back(path); });
   return cases;
 }
 

@@ -2,9 +2,11 @@
 /// Case files: a scene with a block `cases` that says which of its variants are run and what each
 /// must come to. The format stands in tools/README.md.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -63,6 +65,7 @@ class CaseFile {
   /// Throws SceneError and FileError.
   explicit CaseFile(const std::string& path);
 
+  const std::string& path() const { return path_; }
   const std::string& name() const { return name_; }  ///< the file's, up to its first "_"
   const std::string& title() const { return title_; }
   bool has_series() const;
@@ -75,9 +78,15 @@ class CaseFile {
 
  private:
   struct Document;
-  std::string name_{}, title_{};
+  std::string path_, name_{}, title_{};
   std::shared_ptr<const Document> document_;
 };
+
+/// The schema that blocks `cases` are checked against.
+std::string_view cases_schema();
+
+/// Does it; a SceneError names the file, too.
+void in_file(const std::string& path, const std::function<void()>& action);
 
 /// The case files of a folder, by name. Throws SceneError and FileError.
 std::vector<CaseFile> read_cases(const std::string& folder);
