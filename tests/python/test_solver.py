@@ -117,8 +117,37 @@ class Steps(unittest.TestCase):
         second.load(saved)
         second.run(steps=30)
         self.assertEqual(first.blocks.tobytes(), second.blocks.tobytes())
-        with self.assertRaises(quoin.InputError):
-            second.load(b"nothing")
+        damaged = [saved[:place] + bytes([saved[place] ^ 0x40]) + saved[place + 1:] for place in range(0, len(saved), 97)]
+        for wrong in (b"nothing", saved[:-1], *damaged):
+            with self.assertRaisesRegex(quoin.InputError, "damaged|cut short|another"):
+                second.load(wrong)
+        self.assertEqual(first.blocks.tobytes(), second.blocks.tobytes())
+
+    def test_what_scenes_and_files_are_not_is_one_line(self):
+        scene = cube_scene()
+        scene["blocks"][0]["velocity"] = [0, float("nan"), 0]
+        simulation = quoin.Simulation(cube_scene())
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "list.json").write_text("[1]")
+            for kind, says, action in (
+                    (quoin.InputError, "^/blocks/0/velocity/1: must be finite, is nan$", scene.check),
+                    (quoin.InputError, "^scene: must be a Scene, is dict$", lambda: quoin.Simulation({})),
+                    (quoin.InputError, "list.json: must be of type object, is list$", lambda: quoin.read(folder / "list.json")),
+                    (quoin.InputError, "^steps: must be at least 0, is -3$", lambda: simulation.run(steps=-3)),
+                    (quoin.InputError, "quoin run --out leaves it$", lambda: quoin.view(folder / "none")),
+                    (OSError, "can't be written: ", lambda: simulation.to_vtk("/nowhere/blocks.vtu")),
+                    (OSError, "can't be written: ", lambda: simulation.to_vtk(name))):
+                with self.assertRaisesRegex(kind, says):
+                    action()
+            self.assertEqual([path.name for path in folder.iterdir()], ["list.json"])
+            self.assertFalse(pathlib.Path(name + ".part").exists())
+
+    def test_copies_of_a_scene_find_its_files(self):
+        scene = quoin.Scene(cube_scene(), folder="/elsewhere")
+        for copy in (quoin.Scene(scene), scene.copy(), scene | {"title": "other"}):
+            self.assertIsInstance(copy, quoin.Scene)
+            self.assertEqual(copy.folder, "/elsewhere")
 
     def test_callback_ends_a_run(self):
         simulation = quoin.Simulation(cube_scene(height=3.0), time_step=0.01)
@@ -136,16 +165,15 @@ class Steps(unittest.TestCase):
             with self.subTest(arguments=arguments), self.assertRaises((ValueError, TypeError)):
                 quoin.Simulation(scene, **arguments)
         for bad in (None, {}, "scene", 3, quoin.Scene(), quoin.Scene(blocks=[]), quoin.Scene(blocks=3, end_time=1)):
-            with self.subTest(scene=bad), self.assertRaises((ValueError, TypeError, AttributeError)):
+            with self.subTest(scene=bad), self.assertRaises((ValueError, TypeError)):
                 quoin.Simulation(bad)
         simulation = quoin.Simulation(scene)
         for call in (lambda: simulation.run(), lambda: simulation.run(until=float("nan")),
                      lambda: simulation.vertices("nobody"), lambda: simulation.vertices(-1),
                      lambda: simulation.stress(2), lambda: simulation.set_velocity("floor", [0, 0, 1]),
                      lambda: simulation.set_velocity("cube", [0, 0, float("inf")]),
-                     lambda: simulation.set_analysis("fast"), lambda: setattr(simulation, "time_step", -1.0),
-                     lambda: simulation.to_vtk("/nowhere/blocks.vtu")):
-            with self.assertRaises((ValueError, TypeError, RuntimeError)):
+                     lambda: simulation.set_analysis("fast"), lambda: setattr(simulation, "time_step", -1.0)):
+            with self.assertRaises((ValueError, TypeError)):
                 call()
         self.assertEqual(simulation.advance().status, "converged")
 

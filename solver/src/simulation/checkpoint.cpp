@@ -4,7 +4,10 @@
 #include <cstdint>
 #include <istream>
 #include <ostream>
+#include <sstream>
+#include <string>
 #include <type_traits>
+#include <utility>
 
 namespace quoin::solver {
 namespace {
@@ -37,12 +40,10 @@ class Reader {
   std::size_t count(std::size_t /*now*/) {
     std::size_t n = 0;
     bytes(&n, sizeof n);
-    if (n > kMost) throw InputError("the checkpoint is damaged");
     return n;
   }
 
  private:
-  static constexpr std::size_t kMost = std::size_t{1} << 32;  // items of a list: more is no list
   std::istream& in_;
 };
 
@@ -79,6 +80,34 @@ class Digest {
  private:
   std::uint64_t value_ = 0xcbf29ce484222325;
 };
+
+/// What stands before the bytes of a checkpoint.
+struct Seal {
+  std::size_t size = 0;
+  std::uint64_t digest = 0;
+};
+
+Seal seal_of(const std::string& bytes) {
+  Digest digest;
+  digest.add(bytes.data(), bytes.size());
+  return {bytes.size(), digest.value()};
+}
+
+/// The bytes behind a seal. A damaged one may name any size: memory is taken for what is there.
+std::string unsealed(std::istream& in) {
+  constexpr std::size_t kPart = std::size_t{1} << 20;
+  Reader reader(in);
+  Seal seal;
+  record(reader, seal);
+  std::string bytes;
+  while (bytes.size() < seal.size) {
+    const std::size_t had = bytes.size();
+    bytes.resize(had + std::min(kPart, seal.size - had));
+    reader.bytes(bytes.data() + had, bytes.size() - had);
+  }
+  if (seal_of(bytes).digest != seal.digest) throw InputError("the checkpoint is damaged");
+  return bytes;
+}
 
 /// What tells the blocks of one scene and one build from another's.
 struct Stamp {
@@ -168,32 +197,31 @@ void transfer_setting(Archive& archive, AnyScene& compiled, AnyWorkspace& work) 
 
 }  // namespace
 
-void write_setting(std::ostream& out, const CompiledScene& compiled, const Workspace& work) {
-  Writer writer(out);
-  transfer_setting(writer, compiled, work);
-}
-
-void read_setting(std::istream& in, CompiledScene& compiled, Workspace& work) {
-  Reader reader(in);
-  transfer_setting(reader, compiled, work);
-}
-
 void write_checkpoint(std::ostream& out, const CompiledScene& compiled, const State& state,
                       const Workspace& work) {
-  Writer writer(out);
+  std::ostringstream made;
+  Writer writer(made);
   const Stamp now = stamp(compiled);
   record(writer, now);
   transfer(writer, state, work);
+  transfer_setting(writer, compiled, work);
+  const std::string bytes = std::move(made).str();
+  const Seal seal = seal_of(bytes);
+  Writer sealed(out);
+  record(sealed, seal);
+  sealed.bytes(bytes.data(), bytes.size());
 }
 
-void read_checkpoint(std::istream& in, const CompiledScene& compiled, State& state,
-                     Workspace& work) {
-  Reader reader(in);
+void read_checkpoint(std::istream& in, CompiledScene& compiled, State& state, Workspace& work) {
+  std::istringstream bytes(unsealed(in));
+  Reader reader(bytes);
   Stamp saved;
   record(reader, saved);
-  if (saved != stamp(compiled)) throw InputError("the checkpoint is of another scene or program");
+  const char* other = "the checkpoint is of another scene or program";
+  if (saved != stamp(compiled)) throw InputError(other);
   transfer(reader, state, work);
-  if (!fits(compiled, state, work)) throw InputError("the checkpoint is damaged");
+  if (!fits(compiled, state, work)) throw InputError(other);
+  transfer_setting(reader, compiled, work);
 }
 
 }  // namespace quoin::solver

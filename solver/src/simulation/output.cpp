@@ -25,6 +25,17 @@ std::runtime_error unwritable(const std::string& path) {
                             (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
 }
 
+/// From where it was written beside its name; nothing is left where that can't be.
+void publish(const std::string& path) {
+  const std::string part = path + ".part";
+  std::error_code failed, ignored;
+  std::filesystem::rename(part, path, failed);
+  if (!failed) return;
+  std::filesystem::remove(part, ignored);
+  errno = failed.value();
+  throw unwritable(path);
+}
+
 /// A VTK XML file with its numbers appended behind the text as they stand in memory: each array is
 /// its size in bytes (UInt64), then its bytes. The arrays go to the file one by one; the text,
 /// which says where they are, comes last into the room that was left for it. The file is written
@@ -68,7 +79,7 @@ class Appended {
     file_ << text_;
     file_.close();
     if (!file_) throw unwritable(path_ + ".part");
-    std::filesystem::rename(path_ + ".part", path_);
+    publish(path_);
   }
 
  private:
@@ -420,7 +431,7 @@ void write_whole(const std::string& path, const std::string& text) {
   file << text;
   file.close();
   if (!file) throw unwritable(part);
-  std::filesystem::rename(part, path);
+  publish(path);
 }
 
 /// What an index says of the arrays: those of a piece's points, point data and cell data, without

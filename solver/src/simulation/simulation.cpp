@@ -365,12 +365,10 @@ Vector3 Simulation::displacement(int block, const Vector3& reference_arm) const 
 
 void Simulation::save(std::ostream& out) const {
   write_checkpoint(out, parts_->compiled, parts_->state, parts_->work);
-  write_setting(out, parts_->compiled, parts_->work);
 }
 
 void Simulation::Parts::read(std::istream& saved) {
   read_checkpoint(saved, compiled, state, work);
-  read_setting(saved, compiled, work);
   place_bodies(compiled, state, work);
 }
 

@@ -285,7 +285,8 @@ void bind_finder_queries(py::class_<Finder>& finder) {
            "All of them, (handle, RayHit) of each, by s, then by handle.")
       .def("bodies_in_box", &Finder::bodies_in_box, py::arg("min"), py::arg("max"),
            py::arg("categories") = kAll,
-           "Handles (n,) of the bodies whose axis-aligned boxes meet this one, m, ascending.")
+           "Handles (n,) of the bodies whose axis-aligned boxes meet this one, m, ascending; of "
+           "turned bodies the boxes are up to half a diameter wider than the bodies.")
       .def("bodies_at", &Finder::bodies_at, py::arg("point"), py::arg("tolerance") = 0.0,
            py::arg("categories") = kAll,
            "Handles (n,) of the bodies that contain a point within `tolerance`, m, ascending.");

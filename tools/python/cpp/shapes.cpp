@@ -148,7 +148,8 @@ void bind_shape(py::module_& module) {
       .def_property_readonly(
           "bounds", [](const Shape& s) { return box_array(s.box()); },
           "(2, 3): least and largest coordinates, m")
-      .def_property_readonly("diameter", &Shape::diameter, "m")
+      .def_property_readonly("diameter", &Shape::diameter,
+                             "twice the largest distance of a vertex from the middle of the box, m")
       .def_property_readonly(
           "volume", [](const Shape& s) { return mass_properties(s).volume; }, "m3")
       .def_property_readonly(
@@ -264,8 +265,10 @@ void bind_impact(py::module_& module) {
       },
       py::arg("a"), py::arg("motion_a"), py::arg("b"), py::arg("motion_b"), py::arg("length") = 0.0,
       py::arg("max_iterations") = 1000,
-      "When bodies that move through a step come within `length`, m, of each other, never late: an "
-      "Impact. Motions: (translation, m, rotation vector about the centroid, rad) of the whole "
+      "When bodies that move through a step meet, never late: an Impact. Before its s the gap is "
+      "above length / 2 (m), at it at most `length`. Motions: (translation, m, rotation vector "
+      "about the "
+      "centroid, rad) of the whole "
       "step, None: it stands still. Raises InputError for what is not finite or negative.");
 }
 

@@ -134,6 +134,8 @@ class Simulation {
     if (dynamic && !until && !steps)
       throw geometry::InputError("run: a dynamic analysis needs until or steps");
     if (until && !std::isfinite(*until)) throw geometry::InputError("until: it is not finite");
+    if (steps && *steps < 0)
+      throw geometry::InputError("steps: must be at least 0, is " + std::to_string(*steps));
     if (!dynamic && !steps) steps = kMostStaticSteps;  // time stands still
     solver::StepReport report;
     report.time = state().time;
@@ -237,8 +239,12 @@ class Simulation {
   void to_vtk(const std::string& blocks, const std::optional<std::string>& contacts) {
     const Use use(busy_, kName);
     py::gil_scoped_release released;
-    solver::write_blocks(blocks, *simulation_);
-    if (contacts) solver::write_contacts(*contacts, *simulation_);
+    try {
+      solver::write_blocks(blocks, *simulation_);
+      if (contacts) solver::write_contacts(*contacts, *simulation_);
+    } catch (const std::runtime_error& error) {
+      throw scene_file::FileError(error.what());
+    }
   }
 
  private:
@@ -427,7 +433,8 @@ void bind_state(py::class_<Simulation>& simulation) {
           "contacts", &Simulation::contacts,
           "One row a contact point, with its force: normal_force (N, compression positive), "
           "shear_force (on a, N), mode (index in CONTACT_MODES), slip (m), failed, bonded")
-      .def_property_readonly("energy", &Simulation::energy, "by kind, J")
+      .def_property_readonly("energy", &Simulation::energy,
+                             "by kind, J; potential, work and losses since the start")
       .def_property_readonly("block_names", &Simulation::names)
       .def_property("time_step", &Simulation::time_step, &Simulation::set_time_step, "s")
       .def("vertices", &Simulation::vertices, py::arg("block"), "(n, 3) in the world now, m")
@@ -443,7 +450,10 @@ void bind_steps(py::module_& module) {
       "analysis: 'dynamic', 'static' or 'settle'; None: that of the first stage, as time_step. "
       "forces: {block: f(t) -> (3,), N, at its "
       "centroid}; motions: {block: f(t) -> (3,), velocity of a block that is moved so, m/s}; "
-      "blocks by index or name, t in s. What a function raises, the step raises.");
+      "blocks by index or name, t in s. A block that is moved so may be fixed or free in the "
+      "scene. "
+      "What a function raises, the step raises. A function may not use the Simulation, which is "
+      "in a step: what depends on its state stands in a callback of run().");
   simulation
       .def(py::init<const py::object&, const std::vector<std::string>&, std::optional<double>,
                     const std::optional<std::string>&, int, const py::dict&, const py::dict&>(),
@@ -480,6 +490,9 @@ void bind_steps(py::module_& module) {
 }  // namespace
 
 SceneFile scene_file_of(const py::object& scene, const std::vector<std::string>& changes) {
+  if (!py::hasattr(scene, "to_json"))
+    throw geometry::InputError("scene: must be a Scene, is " +
+                               py::str(py::type::of(scene).attr("__name__")).cast<std::string>());
   const auto text = scene.attr("to_json")().cast<std::string>();
   const auto folder = py::str(scene.attr("folder")).cast<std::string>();
   const py::gil_scoped_release released;

@@ -22,7 +22,7 @@ Motion motion_between(const Placement& start, const Placement& end, const Vector
 
 enum class ImpactStatus : std::uint8_t {
   Impact,       ///< at `s` they are within the length of each other
-  Apart,        ///< they are more than that apart to the end of the step
+  Apart,        ///< to the end of the step they stay apart by more than half of that
   NotConverged  ///< up to `s` they are apart; beyond it is not known
 };
 
@@ -38,13 +38,13 @@ struct ImpactOptions {
   int max_iterations = 1000;
 };
 
-/// The time of impact, never late: before `s` the gap is above 0, and at an impact it is at most
-/// `length`. Bodies that touch, overlap or are within `length` at the start: an impact at 0. The
-/// gap is advanced on by the bound of its change ([Mirtich 1996]): each distance is certified, and
-/// none of their points comes nearer along its normal than by the translations and by what the
-/// turns move the point farthest from the axes. Costs a distance a step; bodies that slide past
-/// each other at about `length` need up to 2 (their way) / length of them.
-/// Throws InputError for placements, motions and lengths that are not finite or negative.
+/// The time of impact, never late: before `s` the gap is above half of `length`, and at an impact
+/// it is at most `length`. Bodies that touch, overlap or are within `length` at the start: an
+/// impact at 0. The gap is advanced on by the bound of its change ([Mirtich 1996]): each distance
+/// is certified, and none of their points comes nearer along its normal than by the translations
+/// and by what the turns move the point farthest from the axes. Costs a distance a step; bodies
+/// that slide past each other at about `length` need up to 2 (their way) / length of them. Throws
+/// InputError for placements, motions and lengths that are not finite or negative.
 Impact time_of_impact(const Body& a, const Motion& motion_a, const Body& b, const Motion& motion_b,
                       const ImpactOptions& options);
 

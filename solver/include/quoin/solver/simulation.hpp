@@ -309,8 +309,8 @@ class Simulation {
   /// Writes all that the steps to come depend on. A Simulation of the same scene, with the same
   /// options(), that reads it goes on to the bit as this one does. Only the same build reads it.
   void save(std::ostream& out) const;
-  /// Likewise when it is of blocks of other shapes, placements, kinds or materials, or cut short:
-  /// then nothing has changed.
+  /// Goes on from what save() wrote. Throws InputError when that is of blocks of other shapes,
+  /// placements, kinds or materials, damaged or cut short: then nothing has changed.
   void load(std::istream& in);
 
   /// What this scene does not need with these options and is not done, and why.

@@ -1,6 +1,7 @@
 """Scenes: dicts by the schema of scene files (tools/scene.schema.json)."""
 import copy
 import json
+import math
 import os
 import pathlib
 import subprocess
@@ -15,16 +16,33 @@ def _plain(value):
     raise TypeError(f"{type(value).__name__}: no part of a scene")
 
 
+def _refuse_not_finite(value, pointer=""):
+    """Raises InputError for the first number in a part of a scene that JSON has no word for."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise _quoin.InputError(f"{pointer}: must be finite, is {value}")
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, member in members:
+        _refuse_not_finite(member, f"{pointer}/{key}")
+
+
 class Scene(dict):
     """A scene, as scene files hold it: a dict that may hold numpy arrays.
 
     Scene(blocks=[...], end_time=1.0), Scene(a_dict) or read("scene.json"). It is checked when it is used, and by
-    check(). Files that it names are relative to `folder`.
+    check(). Files that it names are relative to `folder` (default: that of a Scene it is made of, else the current one).
     """
 
-    def __init__(self, *members, folder=".", **more):
+    def __init__(self, *members, folder=None, **more):
         super().__init__(*members, **more)
-        self.folder = str(folder)
+        self.folder = str(folder or (getattr(members[0], "folder", ".") if members else "."))
+
+    def copy(self):
+        return Scene(self)
+
+    def __or__(self, other):
+        return Scene({**self, **other}, folder=self.folder)
 
     def add(self, solid, **members):
         """Appends a block with the shape of a Shape, or of a Body where it stands; members as in the schema: name,
@@ -35,8 +53,12 @@ class Scene(dict):
         self.setdefault("blocks", []).append({**members, "shape": polyhedron})
 
     def to_json(self):
-        """The text of a scene file."""
-        return json.dumps(self, default=_plain)
+        """The text of a scene file. Raises InputError for numbers that are not finite."""
+        try:
+            return json.dumps(self, default=_plain, allow_nan=False)
+        except ValueError:
+            _refuse_not_finite(self)
+            raise
 
     def to_dict(self):
         """A plain copy, of lists and numbers."""
@@ -50,7 +72,10 @@ class Scene(dict):
 def read(path):
     """The Scene of a scene file. Raises InputError and OSError."""
     path = pathlib.Path(path)
-    return Scene(json.loads(_quoin._plain_json(str(path))), folder=path.parent)
+    document = json.loads(_quoin._plain_json(str(path)))
+    if not isinstance(document, dict):
+        raise _quoin.InputError(f"{path}: must be of type object, is {type(document).__name__}")
+    return Scene(document, folder=path.parent)
 
 
 def limit(scene, vary, *, tolerance=1e-4, changes=()):

@@ -84,7 +84,10 @@ def _page_of_folder(folder):
     from ._tools import view as tool
     with tempfile.TemporaryDirectory() as name:
         out = pathlib.Path(name) / "page.html"
-        tool.run_page(folder, out)
+        try:
+            tool.run_page(folder, out)
+        except SystemExit as refusal:  # of the command
+            raise _quoin.InputError(str(refusal)) from None
         return Page(out.read_text(encoding="utf-8"))
 
 
