@@ -206,7 +206,7 @@ struct Tie {
   double rest_length = 0.0;  ///< m, unstressed: in place of pretension; 0: by pretension
   bool tension_only = true;  ///< slack where it is shorter than its rest length
   double yield_force = std::numeric_limits<double>::infinity();  ///< N, > 0, in both directions
-  double break_force = std::numeric_limits<double>::infinity();  ///< N, > 0: beyond it is gone
+  double break_force = std::numeric_limits<double>::infinity();  ///< N, > 0, likewise
   double break_strain =
       std::numeric_limits<double>::infinity();  ///< > 0, elongation by rest length
   std::string name{};                           ///< for output; may be empty
