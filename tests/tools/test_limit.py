@@ -371,6 +371,9 @@ for key, angle in (("least", half + math.radians(phi)), ("greatest", half - math
         failures.append(f"keystone, {key} thrust: {exact}, {report or done.stderr}")
 if report["geometric_factor_of_safety"] < 10:  # it stands on the middles of its faces
     failures.append(f"keystone: {report}")
+done, report = asked({**keystone, "joint": {"friction_angle_deg": 40}}, "--thrust", "b3")  # it jams
+if done.returncode != 1 or report["greatest"]["falls"] or "100 times" not in report["greatest"]["why"]:
+    failures.append(f"keystone that jams: {report or done.stderr}")
 if checked(folder / "thrust")[0]:
     failures.append(f"keystone: {checked(folder / 'thrust')[1]}")
 

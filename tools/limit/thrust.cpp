@@ -10,7 +10,7 @@ namespace quoin::limit_analysis {
 namespace {
 
 constexpr double kLeastShrink = 1e-3;
-constexpr double kMostThrust = 1e2;  // of all weights and loads
+constexpr int kMostThrust = 100;  // of all weights and loads
 
 int fixed_block(const Scene& scene, const std::string& name) {
   for (std::size_t b = 0; b < scene.blocks.size(); ++b) {
@@ -74,8 +74,12 @@ Limit extreme(const Scene& scene, EquilibriumProblem problem, int support, const
     trial.found = solver::find_equilibrium(problem, trial.factor);
     return trial;
   };
-  return prove_factor(at, solver::largest_load_factor(problem, range), start, start + range,
-                      tolerance);
+  Limit limit = prove_factor(at, solver::largest_load_factor(problem, range), start, start + range,
+                             tolerance);
+  if (limit.stands && !limit.falls && limit.why.empty())
+    limit.why =
+        "it is admissible up to " + std::to_string(kMostThrust) + " times all weights and loads";
+  return limit;
 }
 
 EquilibriumProblem shrunk(EquilibriumProblem problem, double share) {

@@ -217,13 +217,14 @@ void print_thrust(const json& report) {
     for (const auto& [verdict, word] : {std::pair("stands", "admissible"), {"falls", "not"}}) {
       const json& found = report[key][verdict];
       if (found.is_null()) {
-        std::printf("  %s: none proved (%s)\n", title, word);
+        const json& why = report[key]["why"];
+        std::printf("  %s: none proved (%s)%s%s\n", title, word, why.is_null() ? "" : ": ",
+                    why.is_null() ? "" : words(why));
       } else {
         std::printf("  %s: %s at %.9g\n", title, word, found["value"].get<double>());
       }
     }
   };
-  if (!report["least"]["why"].is_null()) std::printf("  %s\n", words(report["least"]["why"]));
   print_side("least", "least thrust");
   print_side("greatest", "greatest thrust");
   print_side("shrink", "joints shrunk to a share");
