@@ -214,11 +214,12 @@ void print_thrust(const json& report) {
               words(report["support"]), report["direction"][0].get<double>(),
               report["direction"][1].get<double>(), report["direction"][2].get<double>());
   const auto print_side = [&](const char* key, const char* title) {
-    for (const auto& [verdict, word] : {std::pair("stands", "admissible"), {"falls", "not"}}) {
+    for (const auto& [verdict, word] :
+         {std::pair("stands", "admissible"), {"falls", "not admissible"}}) {
       const json& found = report[key][verdict];
       if (found.is_null()) {
         const json& why = report[key]["why"];
-        std::printf("  %s: none proved (%s)%s%s\n", title, word, why.is_null() ? "" : ": ",
+        std::printf("  %s: %s: not proved%s%s\n", title, word, why.is_null() ? "" : ": ",
                     why.is_null() ? "" : words(why));
       } else {
         std::printf("  %s: %s at %.9g\n", title, word, found["value"].get<double>());
@@ -354,7 +355,8 @@ void add_limit_command(CLI::App& app, int& exit_code) {
   command
       .add_option("--vary", words.vary,
                   "load=NAME:FROM:TO (factor of the loads of that name), tilt=FROM:TO[:x|y|z] "
-                  "(of the ground, degrees, default y), strength=FROM:TO (friction, cohesion and "
+                  "(of the ground about an axis, degrees, default y: towards +x), strength=FROM:TO "
+                  "(friction, cohesion and "
                   "tension are divided by it), friction=FROM:TO (angle of all joints, degrees), "
                   "settlement=BLOCK:0:TO (of a fixed block, m, by runs), "
                   "/json/pointer=FROM:TO")

@@ -731,7 +731,7 @@ void find_pair_points(const OrderedPair& ordered, const NearestFeatures& nearest
   if (!find_face_points(ordered, band, rounding, part, pair))
     find_all_points(ordered, options, rounding, part, pair);
   if (pair.points != &pair.merged) return;
-  ensure_least_gap(ordered, nearest, rounding, pair);
+  ensure_least_gap(ordered, nearest, std::max(rounding, options.coordinate_rounding), pair);
   if (pair.type == ContactType::FaceFace) share_area(*part, band, pair);
 }
 

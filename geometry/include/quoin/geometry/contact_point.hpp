@@ -44,7 +44,8 @@ struct ContactOptions {
   double reach = 0.0;  ///< points are listed up to this gap above the least one (at least tol), m
   PointFrame frame = PointFrame::World;  ///< of the listed points; all else is in the world
   /// To which vertices are known, m: a vertex that far (at least tol) from an edge of a face may be
-  /// on the face across, and is named by the one that leans least from the contact plane.
+  /// on the face across, and is named by the one that leans least from the contact plane. The least
+  /// gap has a point of its own only where it is less than those of the others by more than that.
   double coordinate_rounding = 0.0;
 };
 
