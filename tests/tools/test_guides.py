@@ -100,7 +100,7 @@ class Guides(unittest.TestCase):
 
     def test_bridge(self):
         folder = self.follow("bridge")
-        self.assertRegex(self.said, r"least thrust: not at 784")
+        self.assertRegex(self.said, r"least thrust: not admissible at 784")
         alone, tied = (self.summary(folder, name) for name in ("alone", "tied"))
         self.assertEqual(alone["flags"] + tied["flags"], [])
         for summary, stated in ((alone, 83), (tied, 36)):

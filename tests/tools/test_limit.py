@@ -372,7 +372,7 @@ for key, angle in (("least", half + math.radians(phi)), ("greatest", half - math
 if report["geometric_factor_of_safety"] < 10:  # it stands on the middles of its faces
     failures.append(f"keystone: {report}")
 done, report = asked({**keystone, "joint": {"friction_angle_deg": 40}}, "--thrust", "b3")  # it jams
-if done.returncode != 1 or report["greatest"]["falls"] or "100 times" not in report["greatest"]["why"]:
+if done.returncode or report["greatest"]["falls"] or "100 times" not in report["greatest"]["why"]:
     failures.append(f"keystone that jams: {report or done.stderr}")
 if checked(folder / "thrust")[0]:
     failures.append(f"keystone: {checked(folder / 'thrust')[1]}")

@@ -15,6 +15,7 @@ struct Limit {
   std::vector<Vector6> strict{};  ///< a mechanism far from the limit: it opens contacts widely
   double convex = std::numeric_limits<double>::quiet_NaN();  ///< of a load: the problem's answer
   std::string why{};  ///< why the two are farther apart than the tolerance; empty: they are not
+  bool everywhere = false;  ///< of a thrust: it stands at the end of what is tried
 };
 
 /// An undecided trial is proved to fall, where it can be, with help of the velocities of a

@@ -76,9 +76,12 @@ Limit extreme(const Scene& scene, EquilibriumProblem problem, int support, const
   };
   Limit limit = prove_factor(at, solver::largest_load_factor(problem, range), start, start + range,
                              tolerance);
-  if (limit.stands && !limit.falls && limit.why.empty())
+  limit.everywhere = limit.stands && limit.stands->value >= start + range;
+  if (limit.everywhere)
     limit.why =
         "it is admissible up to " + std::to_string(kMostThrust) + " times all weights and loads";
+  else if (limit.stands && !limit.falls && limit.why.empty())
+    limit.why = "no mechanism is proved";
   return limit;
 }
 

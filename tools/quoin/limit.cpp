@@ -248,8 +248,11 @@ int thrust(const LimitArguments& arguments) {
     unique = greatest - least <= 4.0 * arguments.tolerance * std::abs(greatest);
   }
   if (found.shrink.stands) factor = 1.0 / found.shrink.stands->value;
-  const bool proved = both && found.shrink.stands && found.least.why.empty() &&
-                      found.greatest.why.empty() && found.shrink.why.empty();
+  const auto is_answered = [](const Limit& limit) {
+    return limit.stands && (limit.why.empty() || limit.everywhere);
+  };
+  const bool proved =
+      is_answered(found.least) && is_answered(found.greatest) && is_answered(found.shrink);
   const json report = {
       {"scene", arguments.scene},
       {"support", arguments.thrust},
