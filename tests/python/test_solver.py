@@ -126,12 +126,14 @@ class Steps(unittest.TestCase):
     def test_what_scenes_and_files_are_not_is_one_line(self):
         scene = cube_scene()
         scene["blocks"][0]["velocity"] = [0, float("nan"), 0]
+        of_numpy = quoin.Scene(cube_scene(), end_time=np.float32("inf"))
         simulation = quoin.Simulation(cube_scene())
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "list.json").write_text("[1]")
             for kind, says, action in (
                     (quoin.InputError, "^/blocks/0/velocity/1: must be finite, is nan$", scene.check),
+                    (quoin.InputError, "^/end_time: must be finite, is inf$", of_numpy.check),
                     (quoin.InputError, "^scene: must be a Scene, is dict$", lambda: quoin.Simulation({})),
                     (quoin.InputError, "list.json: must be of type object, is list$", lambda: quoin.read(folder / "list.json")),
                     (quoin.InputError, "^steps: must be at least 0, is -3$", lambda: simulation.run(steps=-3)),

@@ -359,8 +359,8 @@ void add_limit_command(CLI::App& app, int& exit_code) {
       .add_option("--vary", words.vary,
                   "load=NAME:FROM:TO (factor of the loads of that name), tilt=FROM:TO[:x|y|z] "
                   "(of the ground about an axis, degrees, default y: towards +x), strength=FROM:TO "
-                  "(friction, cohesion and "
-                  "tension are divided by it), friction=FROM:TO (angle of all joints, degrees), "
+                  "(friction, cohesion and tension are divided by it), friction=FROM:TO (angle of "
+                  "all joints, degrees), "
                   "settlement=BLOCK:0:TO (of a fixed block, m, by runs), "
                   "/json/pointer=FROM:TO")
       ->type_name("WHAT=FROM:TO");

@@ -357,8 +357,8 @@ quoin_status quoin_finder_all_hits(quoin_finder* finder, const quoin_ray* ray,
                                    const quoin_query_filter* filter, quoin_body_hit* hits,
                                    int* count);
 /* Bodies whose axis-aligned boxes meet the one from min to max, m; of turned bodies the boxes are
- * up to half a diameter wider than the bodies. *count in: room in `handles`,
- * out: how many there are. */
+ * up to half a diameter wider than the bodies. *count in: room in `handles`, out: how many there
+ * are. */
 quoin_status quoin_finder_bodies_in_box(quoin_finder* finder, const double* min, const double* max,
                                         const quoin_query_filter* filter, int* handles, int* count);
 /* Bodies that contain a point within `tolerance`, m. *count as above. */

@@ -357,7 +357,7 @@ void MovingContacts::record(std::span<LinearContact> contacts) {
 /// Whether contacts overlap, or bear forces and are apart, by more than gap_.
 bool MovingContacts::apart() const {
   for (std::size_t i = 0; i < x_.size(); ++i) {
-    Vector3 u = motion_[i] + to_mend(i);
+    Vector3 u = motion_[i] + to_mend(i, keeps_gaps_);
     if (!admissible(i).pulls) u[0] = std::min(u[0], x_[i][0]);
     if (std::abs(problem_.motion(i, u)[0]) > gap_) return true;
   }
@@ -367,9 +367,9 @@ bool MovingContacts::apart() const {
 /// Of the gap and the stretch that the step began with; of gaps that are kept what is beyond the
 /// limit. Were overlaps alone kept, blocks would sink by the gaps of other contacts that bear them,
 /// until all are at the limit and are lifted again.
-Vector3 MovingContacts::to_mend(std::size_t contact) const {
+Vector3 MovingContacts::to_mend(std::size_t contact, bool keeps_gaps) const {
   const Vector3& unmended = problem_.unmended(contact);
-  if (!keeps_gaps_) return unmended;
+  if (!keeps_gaps) return unmended;
   const double most = softness_ > 0.0 ? kLimit : kLimit - kFineGap;
   const double kept = most * gap_ / problem_.motion(contact, Vector3::UnitX())[0];
   return {unmended[0] - std::clamp(unmended[0], -kept, kept), 0.0, 0.0};
@@ -401,9 +401,9 @@ AddedForces MovingContacts::guess(std::span<const Vector3> added) {
 }
 
 /// How contacts lie apart once what there is to mend is added to their motion.
-std::span<const Vector3> MovingContacts::all_to_mend() {
+std::span<const Vector3> MovingContacts::all_to_mend(bool keeps_gaps) {
   apart_.resize(x_.size());
-  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i);
+  for (std::size_t i = 0; i < x_.size(); ++i) apart_[i] = motion_[i] + to_mend(i, keeps_gaps);
   return apart_;
 }
 
@@ -414,7 +414,8 @@ IterationCount MovingContacts::stiffen(std::span<LinearContact> contacts) {
   const AddedForces start = guess(stiffened_);
   const IterationLimit limit{std::min(forces_, kConeForces),
                              std::min(kMostConeSteps, iterations_left_)};
-  IterationCount count = cone_projection_.solve(problem_, x_, all_to_mend(), start, limit);
+  IterationCount count =
+      cone_projection_.solve(problem_, x_, all_to_mend(keeps_gaps_), start, limit);
   iterations_left_ -= count.iterations;
   count.converged = count.residual <= kConeForces;
   stiffened_.assign(count.converged ? x_.size() : 0, Vector3::Zero());
@@ -459,10 +460,11 @@ double MovingContacts::within_limit(double share) const {
   return share;
 }
 
-/// Forces that move the blocks least so that gaps are closed to within `gap`, m.
-IterationCount MovingContacts::project(const AddedForces& start, double gap) {
+/// Forces that move the blocks least so that what is to be mended is closed to within `gap`, m.
+IterationCount MovingContacts::project(const AddedForces& start, double gap, bool keeps_gaps) {
   const IterationLimit limit{gap, std::min(kMostMending, iterations_left_)};
-  const IterationCount count = projection_.solve(problem_, x_, modes_, all_to_mend(), start, limit);
+  const IterationCount count =
+      projection_.solve(problem_, x_, modes_, all_to_mend(keeps_gaps), start, limit);
   iterations_left_ -= count.iterations;
   const std::span<const Vector3> change = projection_.forces();
   added_.resize(x_.size());
@@ -479,15 +481,13 @@ IterationCount MovingContacts::project(const AddedForces& start, double gap) {
 IterationCount MovingContacts::close(std::span<LinearContact> contacts) {
   modes_.clear();
   for (const LinearContact& c : contacts) modes_.push_back(c.mode);
-  IterationCount count = project(guess(closed_), gap_);
+  IterationCount count = project(guess(closed_), gap_, keeps_gaps_);
   const bool whole = softness_ > 0.0 && !keeps_gaps_;
   const double paid = whole ? 1.0 : closed_share();
   double share = within_limit(paid);
   if (share > paid && softness_ == 0.0) {
-    keeps_gaps_ = true;
-    add(project({}, kFineGap * gap_), count);
+    add(project({}, kFineGap * gap_, true), count);
     share = within_limit(closed_share());
-    keeps_gaps_ = false;
   }
   const std::span<const Vector3> change = projection_.forces();
   closed_.resize(x_.size());

@@ -120,8 +120,8 @@ class MovingContacts {
   IterationCount solve_soft(double tolerance);
   void record(std::span<LinearContact> contacts);
   bool apart() const;
-  Vector3 to_mend(std::size_t contact) const;
-  std::span<const Vector3> all_to_mend();
+  Vector3 to_mend(std::size_t contact, bool keeps_gaps) const;
+  std::span<const Vector3> all_to_mend(bool keeps_gaps);
   struct Work {
     double sum = 0.0, parts = 0.0;  ///< J
   };
@@ -130,7 +130,7 @@ class MovingContacts {
   IterationCount stiffen(std::span<LinearContact> contacts);
   double closed_share() const;
   double within_limit(double share) const;
-  IterationCount project(const AddedForces& start, double gap);
+  IterationCount project(const AddedForces& start, double gap, bool keeps_gaps);
   IterationCount close(std::span<LinearContact> contacts);
   IterationCount mend_yielded(std::span<LinearContact> contacts);
   IterationCount mend(std::span<LinearContact> contacts);

@@ -267,9 +267,8 @@ void bind_impact(py::module_& module) {
       py::arg("max_iterations") = 1000,
       "When bodies that move through a step meet, never late: an Impact. Before its s the gap is "
       "above length / 2 (m), at it at most `length`. Motions: (translation, m, rotation vector "
-      "about the "
-      "centroid, rad) of the whole "
-      "step, None: it stands still. Raises InputError for what is not finite or negative.");
+      "about the centroid, rad) of the whole step, None: it stands still. Raises InputError for "
+      "what is not finite or negative.");
 }
 
 void bind_queries(py::module_& module) {

@@ -451,9 +451,8 @@ void bind_steps(py::module_& module) {
       "forces: {block: f(t) -> (3,), N, at its "
       "centroid}; motions: {block: f(t) -> (3,), velocity of a block that is moved so, m/s}; "
       "blocks by index or name, t in s. A block that is moved so may be fixed or free in the "
-      "scene. "
-      "What a function raises, the step raises. A function may not use the Simulation, which is "
-      "in a step: what depends on its state stands in a callback of run().");
+      "scene. What a function raises, the step raises. A function may not use the Simulation, "
+      "which is in a step: what depends on its state stands in a callback of run().");
   simulation
       .def(py::init<const py::object&, const std::vector<std::string>&, std::optional<double>,
                     const std::optional<std::string>&, int, const py::dict&, const py::dict&>(),

@@ -124,10 +124,10 @@ class ContactFinder {
   std::optional<BodyHit> nearest_hit(const Ray& ray, const QueryFilter& filter = {});
   /// All bodies that a ray enters, by s, then by handle.
   void all_hits(const Ray& ray, std::vector<BodyHit>& hits, const QueryFilter& filter = {});
-  /// Handles of the bodies whose axis-aligned boxes meet `box` (m), ascending. A body's is that of
-  /// the turned box of its shape, where that is less cut down to that of its ball: none is left
-  /// out, and a turned body may be up to half its diameter away. Throws InputError for a box that
-  /// is not finite or of which max < min.
+  /// Handles of the bodies whose axis-aligned boxes meet `box` (m), ascending. A body's box
+  /// holds the box of its shape as it is turned, or the ball around it where that ends before: no
+  /// body is left out, and a turned one may be up to half its diameter away. Throws InputError for
+  /// a box that is not finite or of which max < min.
   void bodies_in_box(const Box& box, std::vector<int>& handles, const QueryFilter& filter = {});
   /// Handles of the bodies that contain `point` (m, world) within `tolerance` (m), and whose boxes
   /// come as near, ascending.

@@ -18,10 +18,10 @@ def _plain(value):
 
 def _refuse_not_finite(value, pointer=""):
     """Raises InputError for the first number in a part of a scene that JSON has no word for."""
-    if isinstance(value, float) and not math.isfinite(value):
-        raise _quoin.InputError(f"{pointer}: must be finite, is {value}")
     if hasattr(value, "tolist"):
         value = value.tolist()
+    if isinstance(value, float) and not math.isfinite(value):
+        raise _quoin.InputError(f"{pointer}: must be finite, is {value}")
     members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, (list, tuple)) else ()
     for key, member in members:
         _refuse_not_finite(member, f"{pointer}/{key}")
