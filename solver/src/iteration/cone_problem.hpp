@@ -79,7 +79,7 @@ class ConeProblem {
     Vector3 offset = Vector3::Zero();  ///< c
     Vector3 unmended = Vector3::Zero(), unmoved = Vector3::Zero();
     Matrix3 delassus = Matrix3::Zero();  ///< of the contact alone
-    double relaxation = 1.0;             ///< 1 / its largest eigenvalue
+    double relaxation = 0.0;             ///< 1 / its largest eigenvalue; 0: not yet known
   };
   void set_block(std::size_t s, bool same, const Vector12& guess);
   template <int n>
