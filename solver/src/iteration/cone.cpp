@@ -59,19 +59,20 @@ SmoothProjection project_by_parts(const Admissible& forces, const Vector3& z, do
 }
 
 SmoothProjection project_on_cone(const Vector3& z, double smoothing) {
-  const double tangential = z.tail<2>().norm();
-  const double low = z[0] - tangential, high = z[0] + tangential;
-  const auto [p_low, s_low] = smoothly_positive(low, smoothing);
-  const auto [p_high, s_high] = smoothly_positive(high, smoothing);
-  Eigen::Vector2d along(1.0, 0.0);
-  if (tangential > 0.0) along = z.tail<2>() / tangential;
+  const double tangential = std::sqrt(z[1] * z[1] + z[2] * z[2]);
+  const auto [p_low, s_low] = smoothly_positive(z[0] - tangential, smoothing);
+  const auto [p_high, s_high] = smoothly_positive(z[0] + tangential, smoothing);
+  const double t1 = tangential > 0.0 ? z[1] / tangential : 1.0;
+  const double t2 = tangential > 0.0 ? z[2] / tangential : 0.0;
   const double mean = 0.5 * (s_low + s_high), half = 0.5 * (s_high - s_low);
   const double size = std::max(std::abs(z[0]), smoothing);
   const double across = tangential > 1e-8 * size ? (p_high - p_low) / (2.0 * tangential) : mean;
+  const double turn = mean - across, shear = 0.5 * (p_high - p_low);
   SmoothProjection result;
-  result.value << 0.5 * (p_low + p_high), 0.5 * (p_high - p_low) * along;
-  result.derivative << mean, half * along.transpose(), half * along,
-      across * Eigen::Matrix2d::Identity() + (mean - across) * along * along.transpose();
+  result.value << 0.5 * (p_low + p_high), shear * t1, shear * t2;
+  result.derivative << mean, half * t1, half * t2,         //
+      half * t1, across + turn * t1 * t1, turn * t1 * t2,  //
+      half * t2, turn * t2 * t1, across + turn * t2 * t2;
   return result;
 }
 
