@@ -114,6 +114,8 @@ class Steps(unittest.TestCase):
         saved = first.save()
         first.run(steps=30)
         second = quoin.Simulation(cube_scene(height=0.2), time_step=0.01)
+        second.run(steps=5)
+        self.assertEqual(second.save(), saved)
         second.load(saved)
         second.run(steps=30)
         self.assertEqual(first.blocks.tobytes(), second.blocks.tobytes())

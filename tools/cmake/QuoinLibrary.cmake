@@ -41,7 +41,7 @@ function(quoin_pkg_config component)
       string(REPLACE _ - own quoin-${CMAKE_MATCH_1})
       list(APPEND requires ${own})
     elseif(linked MATCHES "^(fcl|ccd)$")
-      list(APPEND requires ${linked})
+      string(APPEND libs " -l${linked}")  # not required: Debian's fcl.pc asks for -std=c++11
     else()
       return()
     endif()

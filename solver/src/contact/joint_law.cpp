@@ -64,11 +64,13 @@ double squared_normal_stretch(double gap, bool bonded) {
 
 bool bonded_in_shear(const Joint& joint, const Contact& contact) {
   const bool brittle = joint.softening_slip == 0.0 && !contact.failed;
-  return brittle && (joint.cohesion > 0.0 || loses_friction(joint));
+  return brittle &&
+         (std::max(joint.cohesion, joint.residual_cohesion) > 0.0 || loses_friction(joint));
 }
 
 bool can_fail(const Joint& joint) {
-  return joint.cohesion > 0.0 || joint.tension > 0.0 || loses_friction(joint);
+  return std::max({joint.cohesion, joint.residual_cohesion, joint.tension}) > 0.0 ||
+         loses_friction(joint);
 }
 
 JointStrength strength(const Joint& joint, const Contact& contact, double further_slip) {

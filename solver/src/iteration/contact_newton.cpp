@@ -237,7 +237,7 @@ bool ContactNewton::same_tangent(Law law, double softness) {
   for (const LinearContact& c : contacts_)
     options.negligible = std::max(options.negligible, kNegligible * c.force.norm());
   std::atomic<bool> same = factorized_ && system_.symmetric && tangent_.size() == contacts_.size();
-  tangent_.resize(contacts_.size());
+  tangent_.resize(contacts_.size(), Matrix3::Zero());
   threads_.each(contacts_.size(), [&](std::size_t c) {
     const Matrix3 next = tangent(contacts_[c], options);
     if (next == tangent_[c]) return;

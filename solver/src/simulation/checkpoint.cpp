@@ -47,20 +47,27 @@ class Reader {
   std::istream& in_;
 };
 
-/// A plain record without pointers.
+/// A plain record without pointers. What lies between its fields is written as zeros, if the
+/// compiler can: equal states are equal bytes.
 template <class Archive, class Value>
 void record(Archive& archive, Value& value) {
   static_assert(std::is_trivially_destructible_v<std::remove_const_t<Value>>);
-  archive.bytes(&value, sizeof value);
+  if constexpr (std::is_const_v<Value>) {
+    auto copy = value;
+#if __has_builtin(__builtin_clear_padding)
+    __builtin_clear_padding(&copy);
+#endif
+    archive.bytes(&copy, sizeof copy);
+  } else {
+    archive.bytes(&value, sizeof value);
+  }
 }
 
 template <class Archive, class List>
 void list(Archive& archive, List& values) {
-  using Value = typename std::remove_const_t<List>::value_type;
-  static_assert(std::is_trivially_destructible_v<Value>);
   const std::size_t count = archive.count(values.size());
   if constexpr (!std::is_const_v<List>) values.resize(count);
-  archive.bytes(values.data(), count * sizeof(Value));
+  for (auto& value : values) record(archive, value);
 }
 
 /// FNV-1a [Fowler, Noll & Vo], 64 bits.

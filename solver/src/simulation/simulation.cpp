@@ -43,6 +43,10 @@ void say_blocks(const CompiledScene& compiled, std::vector<std::string>& out) {
   if (absent > 0) out.push_back("all" + of_blocks(absent) + ": absent");
   if (held > 1) out.push_back("contact search between blocks that are fixed or prescribed");
   if (rigid > 0) out.push_back("strain and elasticity" + of_blocks(rigid) + ": rigid");
+  std::ptrdiff_t stressed = 0;
+  for (const Block& block : compiled.scene.blocks)
+    stressed += block.kind == BlockKind::Rigid && !block.initial_stress.isZero(0.0) ? 1 : 0;
+  if (stressed > 0) out.push_back("initial stress" + of_blocks(stressed) + ": rigid");
   if (geometry::tries_all_pairs(models.size())) {
     out.push_back("tree of the broad phase: " + std::to_string(models.size()) +
                   (models.size() == 2 ? " blocks are one pair" : " blocks, all pairs are tried"));
@@ -68,7 +72,14 @@ void say_forces(const CompiledScene& compiled, const StepOptions& options,
                j.softening_slip > 0.0 || j.residual_cohesion > 0.0 || j.residual_tension > 0.0;
       }))
     out.push_back("stiffness of joints, softening and residual values: the source has none");
-  if (options.method == ContactMethod::AugmentedLagrangian)
+  const bool springs = any_joint(scene, [](const Joint& j) { return j.normal_stiffness > 0.0; });
+  const bool bounces = any_joint(scene, [&](const Joint& j) {
+    return j.restitution > 0.0 &&
+           (j.normal_stiffness > 0.0 || options.method == ContactMethod::Springs);
+  });
+  if (bounces && !is_paper_method(options.method))
+    out.push_back("restitution of joints that are springs: these rebound as they store energy");
+  if (options.method == ContactMethod::AugmentedLagrangian && !springs)
     out.push_back("contact springs: contacts are exact, penalty and shear_ratio are not used");
   if (compiled.loads.empty()) out.push_back("load terms: no point, face, body or pressure load");
   if (is_paper_method(options.method) && !(compiled.ties.empty() && compiled.quiet.empty()))
